@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# Makes sure that a graphics adapter can be found; called by `make demo` and `make test`.
+# On Debian and Ubuntu it installs Mesa's software Vulkan driver where no Vulkan driver is present.
+set -eu
+
+[ "${TESSCLIP_NO_GPU:-}" = 1 ] && exit 0
+
+if ! command -v cargo >/dev/null 2>&1; then
+  echo "setup: cargo is missing: install a Rust toolchain (1.95 or newer) first" >&2
+  exit 2
+fi
+
+case "$(uname -s)" in
+  Linux) ;;
+  *) exit 0 ;; # macOS and Windows bring Metal and DirectX 12 with the system
+esac
+
+need=""
+command -v cc >/dev/null 2>&1 || need="$need gcc libc6-dev" # zstd is C, and Rust links with cc
+# A Vulkan driver announces itself by a file in one of these folders.
+has_driver() {
+  ls /usr/share/vulkan/icd.d/*.json /etc/vulkan/icd.d/*.json >/dev/null 2>&1 || [ -n "${VK_ICD_FILENAMES:-}${VK_DRIVER_FILES:-}" ]
+}
+has_loader() { ldconfig -p 2>/dev/null | grep -q 'libvulkan\.so\.1' || ls /usr/lib/*/libvulkan.so.1 >/dev/null 2>&1; }
+has_driver || need="$need mesa-vulkan-drivers"
+has_loader || need="$need libvulkan1"
+[ -z "$need" ] && exit 0
+
+if ! command -v apt-get >/dev/null 2>&1; then
+  echo "setup: missing:$need (names of Debian packages); install a C compiler, the Vulkan loader and a Vulkan driver with your package manager" >&2
+  exit 2
+fi
+sudo=""
+if [ "$(id -u)" != 0 ]; then
+  if ! command -v sudo >/dev/null 2>&1; then
+    echo "setup: please install as root: apt-get install$need" >&2
+    exit 2
+  fi
+  sudo="sudo"
+fi
+echo "setup: no graphics adapter or compiler found; installing$need"
+$sudo apt-get update -qq
+# shellcheck disable=SC2086 # a list of packages
+DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends $need

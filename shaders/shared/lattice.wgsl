@@ -1,0 +1,68 @@
+// Lattices, windows and edges. The same rules as src/clipmap and src/quads, which are tested against
+// naive oracles; no heights here.
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+
+struct Rect {
+    lo: vec2<i32>,
+    hi: vec2<i32>, // included
+}
+
+// Node of a level over a base sample; rounds up, so that the clamped last sample has a node.
+fn node_of(level: u32, base: vec2<i32>) -> vec2<i32> {
+    return (base + vec2<i32>((1i << level) - 1i)) >> vec2<u32>(level);
+}
+
+// Base sample under a node.
+fn base_of(level: u32, node: vec2<i32>) -> vec2<i32> {
+    return min(node << vec2<u32>(level), frame.last);
+}
+
+// Samples a level holds: its window where there is data.
+fn loaded(level: u32) -> Rect {
+    let lo = frame.origins[level].xy;
+    let hi = lo + vec2<i32>(i32(frame.n) - 1i);
+    return Rect(max(lo, vec2<i32>(0i)), min(hi, node_of(level, frame.last)));
+}
+
+// Level whose samples own a vertex of a patch of `level`: shared edges belong to the finer one.
+fn owner_of(level: u32, base: vec2<i32>) -> u32 {
+    if level <= frame.finest {
+        return level;
+    }
+    let fine = loaded(level - 1u);
+    let lo = base_of(level - 1u, fine.lo);
+    let hi = base_of(level - 1u, fine.hi);
+    let inside = all(base >= lo) && all(base <= hi);
+    let on_border = any(base == lo) || any(base == hi);
+    return select(level, level - 1u, inside && on_border);
+}
+
+// True when the closed cells from `lo` to `hi` of `level` reach the finer level's window.
+fn touches_finer(level: u32, lo: vec2<i32>, hi: vec2<i32>) -> bool {
+    if level <= frame.finest {
+        return false;
+    }
+    let fine = loaded(level - 1u);
+    let fine_lo = node_of(level, base_of(level - 1u, fine.lo));
+    let fine_hi = node_of(level, base_of(level - 1u, fine.hi));
+    return all(hi >= fine_lo) && all(lo <= fine_hi);
+}
+
+// Address of a sample in the toroidal windows: (n + 1)^2 a level.
+fn sample_address(level: u32, node: vec2<i32>) -> u32 {
+    let side = frame.n + 1u;
+    let wrapped = vec2<u32>(node & vec2<i32>(i32(frame.n)));
+    return (level * side + wrapped.y) * side + wrapped.x;
+}
+
+// Blocks of bounds: 16 x 16 cells, toroidal, twice the window's width so that both ragged ends fit.
+fn block_side() -> u32 {
+    return (frame.n + 1u) / 8u;
+}
+
+fn block_address(level: u32, block: vec2<i32>) -> u32 {
+    let side = block_side();
+    let wrapped = vec2<u32>(block & vec2<i32>(i32(side) - 1i));
+    return (level * side + wrapped.y) * side + wrapped.x;
+}

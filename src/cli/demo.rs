@@ -1,0 +1,105 @@
+//! `tessclip demo`: no data, no arguments: pictures, a flight, a report and the checks in brief.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Context as _;
+use glam::DVec3;
+use tessclip::gpu::Gpu;
+use tessclip::heights::{ReadOptions, open_terrain};
+use tessclip::measure::invariants::Effort;
+use tessclip::report::write_report;
+use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
+
+use super::Outcome;
+use super::args::overview;
+use super::fly::Flight;
+use super::paths::CameraPath;
+use super::picture::{picture, write_png};
+
+const TERRAIN: &str = "procedural:mountains?seed=7&size=2049";
+
+#[derive(clap::Args)]
+#[command(after_help = "Example: tessclip demo --out demo-out")]
+pub struct Args {
+    /// Directory for the pictures and the report
+    #[arg(long, default_value = "demo-out", value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
+    let begin = Instant::now();
+    let say = |text: &str| if quiet { Ok(()) } else { super::print(text) };
+    std::fs::create_dir_all(&args.out).with_context(|| format!("{}: cannot be made", args.out.display()))?;
+    let gpu = Gpu::new()?;
+    say(&format!("adapter: {}", gpu.describe()))?;
+    let grid = open_terrain(TERRAIN, &ReadOptions::default())?;
+    let terrain = Terrain::new(&grid, Prefilter::default());
+    let size = [1280, 720];
+    let mut pictures = Vec::new();
+    for (name, scene, camera) in views(&terrain) {
+        let file = format!("{name}.png");
+        let rgba = picture(&gpu, &terrain, &scene, &camera, size)?;
+        write_png(&args.out.join(&file), &rgba, size)?;
+        say(&format!("  {}", args.out.join(&file).display()))?;
+        pictures.push(file);
+    }
+    say("flight: double turn, 120 frames of 640 x 360")?;
+    let flight = Flight {
+        name: TERRAIN,
+        terrain: &terrain,
+        scene: Scene::default(),
+        size: [640, 360],
+        fov_deg: 60.0,
+        path: CameraPath::open("double-turn", &terrain)?,
+        frames: 120,
+    };
+    let mut report = flight.fly(&gpu, &args.out, quiet)?;
+    say("check, in brief")?;
+    let odd = open_terrain("procedural:mountains?width=331&height=262", &ReadOptions::default())?;
+    let rows = super::check::rows(&gpu, &odd, Effort::Brief)?;
+    super::check::print_rows(&rows)?;
+    let pass = rows.iter().all(|r| r.pass) && report.runs.iter().all(|r| r.valid);
+    report.checks = Some(rows);
+    report.pictures = pictures;
+    write_report(&args.out, &report)?;
+    super::print(&format!(
+        "wrote {} pictures, report.html, report.json and frames.csv to {} in {:.0} s",
+        report.pictures.len(),
+        args.out.display(),
+        begin.elapsed().as_secs_f64()
+    ))?;
+    Ok(if pass { Outcome::Done } else { Outcome::FellShort })
+}
+
+/// Views from the ground to high altitude, and what the method does.
+fn views(terrain: &Terrain) -> Vec<(&'static str, Scene, Camera)> {
+    let [low, high] = terrain.extent_m();
+    let at = |u: f64, v: f64| [low[0] + (high[0] - low[0]) * u, low[1] + (high[1] - low[1]) * v];
+    let stand = |u: f64, v: f64, above: f64, yaw_deg: f64, pitch_deg: f64| {
+        let [x, y] = at(u, v);
+        let ground = terrain.ground_height_m(x, y).map_or(0.0, f64::from);
+        Camera { eye_m: DVec3::new(x, y, ground + above), yaw_deg, pitch_deg, fov_deg: 60.0 }
+    };
+    let plain = Scene::default;
+    let colored = |color| Scene { color, ..Scene::default() };
+    vec![
+        ("1-ground", plain(), stand(0.36, 0.50, 60.0, 215.0, 3.0)),
+        ("2-ridge", plain(), stand(0.32, 0.47, 500.0, 250.0, -8.0)),
+        ("3-valley", plain(), stand(0.22, 0.30, 1_500.0, 20.0, -14.0)),
+        ("4-flight", plain(), stand(0.50, 0.15, 2_500.0, 0.0, -18.0)),
+        ("5-high", plain(), stand(0.50, 0.02, 9_000.0, 0.0, -28.0)),
+        ("6-overview", Scene { fog: false, ..plain() }, overview(terrain, 60.0)),
+        (
+            "7-levels-wireframe",
+            Scene { n: 63, wireframe: true, ..colored(ColorMode::Levels) },
+            stand(0.50, 0.40, 2_500.0, 0.0, -35.0),
+        ),
+        (
+            "8-blocks",
+            Scene { n: 127, drop_fine_levels: false, ..colored(ColorMode::Blocks) },
+            stand(0.50, 0.40, 9_000.0, 0.0, -90.0),
+        ),
+        ("9-slope", colored(ColorMode::Slope), stand(0.50, 0.15, 2_500.0, 0.0, -18.0)),
+    ]
+}

@@ -1,0 +1,94 @@
+//! One file a subcommand. Exit codes: 0 done, 1 a check fell short, 2 unusable input or arguments.
+
+mod args;
+mod check;
+mod demo;
+mod fly;
+mod footprints;
+mod info;
+mod mesh;
+mod paths;
+mod picture;
+mod render;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Very large terrain by geometry clipmaps whose mesh is made on the GPU.
+#[derive(Parser)]
+#[command(version, about, max_term_width = 100)]
+struct Cli {
+    /// More words about what happens; twice for the GPU library's own
+    #[arg(short, long, action = clap::ArgAction::Count, global = true)]
+    verbose: u8,
+    /// Errors only
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// The main job with no data given: procedural terrain, a flight, pictures and a report
+    Demo(demo::Args),
+    /// What a DEM holds
+    Info(info::Args),
+    /// One picture
+    Render(render::Args),
+    /// The mesh as the GPU made it, read back, as binary PLY
+    Mesh(mesh::Args),
+    /// Vertices and bytes that reach the GPU, ours beside the classic footprints
+    Footprints(footprints::Args),
+    /// A benchmark flight
+    Fly(fly::Args),
+    /// Invariants of the mesh: a table of figures against bounds
+    Check(check::Args),
+}
+
+/// How a command ended without an error.
+enum Outcome {
+    Done,
+    FellShort,
+}
+
+/// Runs the command line and gives its exit code.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    let level = match (cli.quiet, cli.verbose) {
+        (true, _) => log::LevelFilter::Error,
+        (false, 0) => log::LevelFilter::Warn,
+        (false, 1) => log::LevelFilter::Info,
+        (false, _) => log::LevelFilter::Debug,
+    };
+    env_logger::Builder::new().filter_level(level).init();
+    let outcome = match &cli.command {
+        Command::Demo(args) => demo::run(args, cli.quiet),
+        Command::Info(args) => info::run(args),
+        Command::Render(args) => render::run(args),
+        Command::Mesh(args) => mesh::run(args),
+        Command::Footprints(args) => footprints::run(args),
+        Command::Fly(args) => fly::run(args, cli.quiet),
+        Command::Check(args) => check::run(args),
+    };
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::FellShort) => ExitCode::from(1),
+        Err(error) => {
+            // One line, whatever a library put into its own message.
+            let line = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
+            eprintln!("error: {line}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Prints to standard output; a closed pipe (`| head`) ends the program quietly.
+fn print(text: &str) -> anyhow::Result<()> {
+    use std::io::Write as _;
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        other => Ok(other?),
+    }
+}

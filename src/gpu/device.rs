@@ -1,0 +1,127 @@
+//! Finding an adapter and opening a device inside default WebGPU limits.
+
+/// What goes wrong with the GPU, with the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// No adapter at all.
+    #[error(
+        "no GPU adapter found: install a driver (on Debian or Ubuntu: apt-get install mesa-vulkan-drivers, a software one)"
+    )]
+    NoAdapter,
+    /// WGPU_ADAPTER_NAME matched nothing.
+    #[error("no adapter's name contains '{wanted}': set WGPU_ADAPTER_NAME to part of one of: {found}")]
+    NoSuchAdapter {
+        /// The name asked for.
+        wanted: String,
+        /// Names of the adapters present.
+        found: String,
+    },
+    /// The adapter would not open a device.
+    #[error("adapter '{adapter}' refused a device: {reason}; try another WGPU_BACKEND")]
+    NoDevice {
+        /// Adapter's name.
+        adapter: String,
+        /// wgpu's words.
+        reason: String,
+    },
+    /// More than the device allows.
+    #[error("{what} needs {bytes} bytes, this device allows {most}: lower n or the level count")]
+    TooLarge {
+        /// Which buffer or texture.
+        what: &'static str,
+        /// Bytes (or pixels of a side) it needs.
+        bytes: u64,
+        /// The limit.
+        most: u64,
+    },
+    /// The device was lost or failed while its results were read.
+    #[error("the GPU did not give its results back: {reason}")]
+    Readback {
+        /// wgpu's words.
+        reason: String,
+    },
+}
+
+/// A device of our own, for the command line and tests; an embedding engine brings its own.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// What it runs on.
+    pub info: wgpu::AdapterInfo,
+}
+
+impl Gpu {
+    /// Opens the best adapter, or the one that WGPU_BACKEND and WGPU_ADAPTER_NAME ask for.
+    ///
+    /// # Errors
+    /// When there is none, none of that name, or it refuses a device.
+    pub fn new() -> Result<Self, GpuError> {
+        pollster::block_on(Self::open())
+    }
+
+    async fn open() -> Result<Self, GpuError> {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        // Our indirect arguments are written by our own passes and clamped there; wgpu's check of them
+        // is an extra pass a frame. The environment may switch it back on.
+        descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+        descriptor.flags = descriptor.flags.with_env();
+        // OpenGL has no place here (its adapters lack what WebGPU guarantees), unless asked for.
+        descriptor.backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
+        let instance = wgpu::Instance::new(descriptor);
+        let adapter = match std::env::var("WGPU_ADAPTER_NAME") {
+            Ok(wanted) => Self::named(&instance, &wanted).await?,
+            Err(_) => {
+                let options = wgpu::RequestAdapterOptions {
+                    power_preference: wgpu::PowerPreference::HighPerformance,
+                    ..Default::default()
+                };
+                instance.request_adapter(&options).await.map_err(|_| GpuError::NoAdapter)?
+            }
+        };
+        let info = adapter.get_info();
+        let most = adapter.limits();
+        // Default WebGPU limits suffice; larger buffers are taken where the adapter has them (n = 1023).
+        let mut limits = wgpu::Limits::default();
+        limits.max_buffer_size = limits.max_buffer_size.max(most.max_buffer_size.min(1 << 30));
+        limits.max_storage_buffer_binding_size =
+            limits.max_storage_buffer_binding_size.max(most.max_storage_buffer_binding_size.min(1 << 30));
+        // Optional: per-pass times are null without it.
+        let features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
+        let (device, queue) = adapter
+            .request_device(&wgpu::DeviceDescriptor {
+                label: Some("tessclip"),
+                required_features: features,
+                required_limits: limits,
+                ..Default::default()
+            })
+            .await
+            .map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
+        Ok(Self { device, queue, info })
+    }
+
+    async fn named(instance: &wgpu::Instance, wanted: &str) -> Result<wgpu::Adapter, GpuError> {
+        let adapters = instance.enumerate_adapters(wgpu::Backends::all()).await;
+        let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
+        let lower = wanted.to_lowercase();
+        adapters
+            .into_iter()
+            .find(|a| a.get_info().name.to_lowercase().contains(&lower))
+            .ok_or_else(|| GpuError::NoSuchAdapter { wanted: wanted.into(), found: names.join(", ") })
+    }
+
+    /// One line naming adapter, backend and driver.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let i = &self.info;
+        format!("{} ({:?}, {} {})", i.name, i.backend, i.driver, i.driver_info)
+    }
+}
+
+/// True when TESSCLIP_NO_GPU=1 says that tests may do without an adapter.
+#[must_use]
+pub fn no_gpu_allowed() -> bool {
+    std::env::var("TESSCLIP_NO_GPU").is_ok_and(|v| v == "1")
+}

@@ -1,0 +1,90 @@
+//! A colour and depth target without a window.
+
+use super::device::GpuError;
+use super::passes::draw_terrain::DEPTH_FORMAT;
+use super::readback::mapped;
+
+/// Colour and depth textures of one size.
+#[derive(Debug)]
+pub struct Offscreen {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Colour view, [`Offscreen::FORMAT`].
+    pub color: wgpu::TextureView,
+    /// Depth view, `Depth32Float`, reversed.
+    pub depth: wgpu::TextureView,
+    texture: wgpu::Texture,
+}
+
+impl Offscreen {
+    /// Colour format: 8 bits a channel, sRGB.
+    pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
+    /// Allocates the targets.
+    ///
+    /// # Errors
+    /// When a side is zero or larger than the device allows.
+    pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Result<Self, GpuError> {
+        let most = device.limits().max_texture_dimension_2d;
+        let bytes_most = device.limits().max_buffer_size;
+        let side = size[0].max(size[1]);
+        if size.contains(&0) || side > most {
+            return Err(GpuError::TooLarge { what: "picture side", bytes: side.into(), most: most.into() });
+        }
+        let bytes = u64::from(size[0] * 4).next_multiple_of(256) * u64::from(size[1]);
+        if bytes > bytes_most {
+            return Err(GpuError::TooLarge { what: "picture", bytes, most: bytes_most });
+        }
+        let make = |label, format, usage| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
+                view_formats: &[],
+            })
+        };
+        let texture = make("offscreen color", Self::FORMAT, wgpu::TextureUsages::COPY_SRC);
+        let depth = make("offscreen depth", DEPTH_FORMAT, wgpu::TextureUsages::empty());
+        Ok(Self {
+            size,
+            color: texture.create_view(&wgpu::TextureViewDescriptor::default()),
+            depth: depth.create_view(&wgpu::TextureViewDescriptor::default()),
+            texture,
+        })
+    }
+
+    /// The picture as RGBA bytes (sRGB), rows from the top.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn read_rgba(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<u8>, GpuError> {
+        let row = self.size[0] as usize * 4;
+        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize);
+        let copy = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("picture"),
+            size: (padded * self.size[1] as usize) as u64,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_texture_to_buffer(
+            self.texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &copy,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: u32::try_from(padded).ok(),
+                    rows_per_image: None,
+                },
+            },
+            self.texture.size(),
+        );
+        queue.submit([encoder.finish()]);
+        let data = mapped(device, &copy)?;
+        Ok(data.chunks(padded).flat_map(|r| &r[..row]).copied().collect())
+    }
+}

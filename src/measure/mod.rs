@@ -1,0 +1,16 @@
+//! Measures: what is uploaded, how long frames take, whether the mesh is whole.
+
+mod cracks;
+mod environment;
+mod frames;
+pub mod invariants;
+mod mesh;
+mod upload;
+mod watertight;
+
+pub use cracks::crack_pixels;
+pub use environment::Environment;
+pub use frames::{FrameStatistics, percentile};
+pub use mesh::Mesh;
+pub use upload::{FrameUpload, UploadLedger};
+pub use watertight::{Faults, check_mesh};

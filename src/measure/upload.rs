@@ -1,0 +1,67 @@
+//! The upload ledger: every byte the CPU sends, by purpose.
+
+use serde::Serialize;
+
+/// What one `prepare` sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameUpload {
+    /// Control points sent (first frame only).
+    pub control_points: u64,
+    /// Bytes of control data: points, quads, corners of moved L blocks, strip descriptors.
+    pub control_bytes: u64,
+    /// Bytes of the frame uniform: camera, planes, window origins.
+    pub uniform_bytes: u64,
+    /// Bytes of height samples, 4 a sample.
+    pub height_bytes: u64,
+    /// Least samples these shifts can need: `n (|dx| + |dy|) - |dx| |dy|` a level, data's border ignored.
+    pub height_bound_samples: u64,
+    /// Levels whose window moved.
+    pub shifts: u64,
+}
+
+/// Sums over a run, as report.json has them (design: section 7).
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct UploadLedger {
+    /// Control data after the first frame, bytes.
+    pub control_bytes: u64,
+    /// Most control data of one frame after the first, bytes.
+    pub control_bytes_max_frame: u64,
+    /// Frame uniforms, bytes.
+    pub uniform_bytes: u64,
+    /// Height samples after the first frame, bytes.
+    pub height_bytes: u64,
+    /// Least that could be sent for the same shifts, bytes.
+    pub height_bytes_bound: u64,
+    /// Vertex data sent by the CPU, bytes: none, ever.
+    pub vertex_bytes: u64,
+    /// Index data sent by the CPU, bytes: none, ever.
+    pub index_bytes: u64,
+    /// Vertices the classic full grids have: n * n * levels.
+    pub vertices_if_full: u64,
+    /// Level shifts after the first frame.
+    pub shifts: u64,
+    /// Control data of the first frame, bytes.
+    pub control_bytes_start: u64,
+    /// Height samples of the first frame, bytes.
+    pub height_bytes_start: u64,
+    #[serde(skip)]
+    frames: u64,
+}
+
+impl UploadLedger {
+    /// Adds a frame; the first one is the start.
+    pub fn add(&mut self, frame: &FrameUpload) {
+        self.uniform_bytes += frame.uniform_bytes;
+        if self.frames == 0 {
+            self.control_bytes_start = frame.control_bytes;
+            self.height_bytes_start = frame.height_bytes;
+        } else {
+            self.control_bytes += frame.control_bytes;
+            self.control_bytes_max_frame = self.control_bytes_max_frame.max(frame.control_bytes);
+            self.height_bytes += frame.height_bytes;
+            self.height_bytes_bound += frame.height_bound_samples * 4;
+            self.shifts += frame.shifts;
+        }
+        self.frames += 1;
+    }
+}

@@ -1,0 +1,76 @@
+//! The whole pyramid in memory.
+
+use super::prefilter::halve;
+use super::{Prefilter, SampleSource, VOID};
+use crate::clipmap::{Lattice, Rect};
+use crate::heights::HeightGrid;
+
+/// All levels of a height grid, finest first.
+#[derive(Debug)]
+pub struct MemoryPyramid {
+    levels: Vec<Level>,
+    range: Option<[f32; 2]>,
+    has_voids: bool,
+}
+
+#[derive(Debug)]
+struct Level {
+    size: [usize; 2],
+    samples: Vec<f32>,
+}
+
+impl MemoryPyramid {
+    /// Builds every level the grid supports; takes about 4/3 of the grid's own memory.
+    #[must_use]
+    pub fn new(grid: &HeightGrid, prefilter: Prefilter) -> Self {
+        let size = [grid.width, grid.height];
+        let mut samples = grid.heights_m.clone();
+        if let Some(valid) = &grid.valid {
+            for (sample, valid) in samples.iter_mut().zip(valid) {
+                if !valid {
+                    *sample = VOID;
+                }
+            }
+        }
+        let has_voids = samples.contains(&VOID);
+        let range = grid.min_max_mean().map(|(min, max, _)| [min, max]);
+        let mut levels = vec![Level { size, samples }];
+        let most = lattice_of(size).coarsest_level();
+        for l in 0..most as usize {
+            let (samples, size) = halve(&levels[l].samples, levels[l].size, prefilter);
+            levels.push(Level { size, samples });
+        }
+        Self { levels, range, has_voids }
+    }
+}
+
+fn lattice_of(size: [usize; 2]) -> Lattice {
+    // Readers refuse grids with more than 2^31 samples on a side.
+    Lattice { last: size.map(|s| i32::try_from(s - 1).unwrap_or(i32::MAX)) }
+}
+
+impl SampleSource for MemoryPyramid {
+    fn lattice(&self) -> Lattice {
+        lattice_of(self.levels[0].size)
+    }
+
+    fn has_voids(&self) -> bool {
+        self.has_voids
+    }
+
+    fn read(&self, level: u32, rect: Rect, out: &mut Vec<f32>) {
+        if rect.is_empty() {
+            return;
+        }
+        let level = &self.levels[level as usize];
+        let at = |v: i32| usize::try_from(v).unwrap_or_default();
+        for y in at(rect.lo[1])..=at(rect.hi[1]) {
+            let row = y * level.size[0];
+            out.extend_from_slice(&level.samples[row + at(rect.lo[0])..=row + at(rect.hi[0])]);
+        }
+    }
+
+    fn height_range(&self) -> Option<[f32; 2]> {
+        self.range
+    }
+}

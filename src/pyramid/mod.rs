@@ -1,0 +1,39 @@
+//! The pyramid: a height grid and its coarser levels, read by rectangles.
+//!
+//! Levels are reached only through [`SampleSource`]: the seam where a tile cache over a store on
+//! disk takes the place of the pyramid in memory. Nothing above knows which it is.
+
+mod memory;
+mod prefilter;
+
+pub use memory::MemoryPyramid;
+pub use prefilter::Prefilter;
+
+use crate::clipmap::{Lattice, Rect};
+
+/// Stands for a void sample wherever samples are packed for the GPU: finite, so that no buffer ever
+/// holds a NaN, and no height: readers refuse elevations of this size.
+pub const VOID: f32 = f32::MAX;
+
+/// Heights by level and rectangle.
+pub trait SampleSource: Send + Sync {
+    /// Lattice of the finest level.
+    fn lattice(&self) -> Lattice;
+
+    /// True when any sample is void.
+    fn has_voids(&self) -> bool;
+
+    /// Appends the samples of `rect` (indices of `level`, inside its lattice) to `out`: metres, row
+    /// by row from the south-west, [`VOID`] where there is none.
+    fn read(&self, level: u32, rect: Rect, out: &mut Vec<f32>);
+
+    /// Lowest and highest valid height of the finest level in metres; `None` when all is void.
+    fn height_range(&self) -> Option<[f32; 2]>;
+
+    /// One sample, as [`SampleSource::read`] gives it.
+    fn sample(&self, level: u32, index: [i32; 2]) -> f32 {
+        let mut out = Vec::with_capacity(1);
+        self.read(level, Rect { lo: index, hi: index }, &mut out);
+        out.first().copied().unwrap_or(VOID)
+    }
+}

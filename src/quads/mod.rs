@@ -1,0 +1,14 @@
+//! Control quads: the coarse M, R and L layout the CPU sends, its patches and their factors.
+//!
+//! Pure geometry, no heights and no GPU. Song et al. 2016, sections 3.1 to 3.3.
+
+mod control;
+mod factors;
+mod patches;
+
+pub use control::{
+    BlockKind, CONTROL_POINTS, ControlQuad, FOOTPRINT_POINTS, L_FIRST, L_QUADS, QUADS_PER_LEVEL,
+    control_points, control_quads, l_quads,
+};
+pub use factors::{OuterSpan, outer_spans};
+pub use patches::{PATCH_CELLS, Patch, patch_slots, patches, patches_across, slots_per_level};

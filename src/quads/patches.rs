@@ -1,0 +1,127 @@
+//! Patches: pieces of control quads of at most 16 x 16 cells, clipped to the data.
+
+use super::{BlockKind, ControlQuad, OuterSpan, control_points, control_quads, outer_spans};
+use crate::clipmap::{ClipmapShape, Rect, Windows};
+
+/// Cells per side of a patch: the unit of culling, expansion and drawing.
+pub const PATCH_CELLS: u32 = 16;
+
+/// One patch: where it lies and how its edges are divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Patch {
+    /// Level it belongs to.
+    pub level: u32,
+    /// Block of the layout it was cut from.
+    pub kind: BlockKind,
+    /// Its corners in the level's lattice; always at least one cell.
+    pub rect: Rect,
+    /// Divisions of the south, north, west and east sides.
+    pub outer: [OuterSpan; 4],
+}
+
+impl Patch {
+    /// Cells east and north.
+    #[must_use]
+    pub fn cells(&self) -> [u32; 2] {
+        [0, 1].map(|a| self.rect.hi[a].abs_diff(self.rect.lo[a]))
+    }
+
+    /// Vertices its expansion writes: the grid, then the extra ones of its sides.
+    #[must_use]
+    pub fn vertex_count(&self) -> u32 {
+        let [w, h] = self.cells();
+        (w + 1) * (h + 1) + self.extra()
+    }
+
+    /// Triangles its expansion writes: two a cell, one more for every extra vertex.
+    #[must_use]
+    pub fn triangle_count(&self) -> u32 {
+        let [w, h] = self.cells();
+        2 * w * h + self.extra()
+    }
+
+    fn extra(&self) -> u32 {
+        self.outer.iter().map(|s| s.extra()).sum()
+    }
+}
+
+/// Patches east and north that a quad of the given cells is cut into.
+#[must_use]
+pub fn patches_across(quad_cells: [u32; 2]) -> [u32; 2] {
+    quad_cells.map(|c| c.div_ceil(PATCH_CELLS))
+}
+
+/// Size of a control quad in cells.
+fn quad_cells(points: &[[u32; 2]], quad: &ControlQuad) -> [u32; 2] {
+    let lo = points[usize::from(quad.corners[0])];
+    let hi = points[usize::from(quad.corners[3])];
+    [hi[0] - lo[0], hi[1] - lo[1]]
+}
+
+/// First patch slot of each quad of a level, and patches east and north.
+#[must_use]
+pub fn patch_slots(shape: ClipmapShape, quads: &[ControlQuad]) -> Vec<(u32, [u32; 2])> {
+    let points = control_points(shape);
+    let mut first = 0;
+    quads
+        .iter()
+        .map(|q| {
+            let across = patches_across(quad_cells(&points, q));
+            let slot = (first, across);
+            first += across[0] * across[1];
+            slot
+        })
+        .collect()
+}
+
+/// Patch slots every level has: the same for all levels and all places of the L.
+#[must_use]
+pub fn slots_per_level(shape: ClipmapShape) -> u32 {
+    let l = crate::clipmap::LPosition { high_x: false, high_y: false };
+    let slots = patch_slots(shape, &control_quads(shape, l));
+    slots.last().map_or(0, |(first, across)| first + across[0] * across[1])
+}
+
+/// All patches drawn for these windows when nothing is culled, with their slot numbers.
+#[must_use]
+pub fn patches(windows: &Windows) -> Vec<(u32, Patch)> {
+    let shape = windows.shape;
+    let points = control_points(shape);
+    let per_level = slots_per_level(shape);
+    let mut out = Vec::new();
+    for level in windows.finest..shape.levels() {
+        let quads = control_quads(shape, windows.l_position_of_data(level));
+        let data = windows.loaded(level);
+        let origin = windows.origins[level as usize];
+        for (quad, (first, across)) in quads.iter().zip(patch_slots(shape, &quads)) {
+            let is_finest = level == windows.finest;
+            let drawn = match quad.kind {
+                BlockKind::M | BlockKind::R => true,
+                BlockKind::L => !is_finest,
+                BlockKind::Fill => is_finest,
+            };
+            if !drawn {
+                continue;
+            }
+            let at = |corner: u8| {
+                let p = points[usize::from(corner)];
+                [0, 1].map(|a| origin[a] + i32::try_from(p[a]).unwrap_or(i32::MAX))
+            };
+            let (lo, hi) = (at(quad.corners[0]), at(quad.corners[3]));
+            for k in 0..across[0] * across[1] {
+                let step = |a: usize, k: u32| {
+                    let from = lo[a] + i32::try_from(k * PATCH_CELLS).unwrap_or(i32::MAX);
+                    (from, (from + PATCH_CELLS as i32).min(hi[a]))
+                };
+                let (x, y) = (step(0, k % across[0]), step(1, k / across[0]));
+                let rect = Rect { lo: [x.0, y.0], hi: [x.1, y.1] }.intersect(data);
+                if rect.has_area() {
+                    let outer = outer_spans(windows, level, rect);
+                    let slot = level * per_level + first + k;
+                    out.push((slot, Patch { level, kind: quad.kind, rect, outer }));
+                }
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,546 @@
+//! The renderer: scene -> plan -> prepare (upload what changed) -> record (the passes, then the draw).
+//!
+//! `prepare` and `record` never wait for the GPU and never read anything back.
+
+use std::sync::Arc;
+
+use glam::{DMat4, DVec3};
+use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
+
+use crate::camera::{Camera, PoseError};
+use crate::clipmap::{ClipmapError, ClipmapShape, Refill, Windows, height_bound, refill_strips};
+use crate::gpu::passes::draw_terrain::DrawTerrain;
+use crate::gpu::passes::{
+    ComputePass, FrameWork, bound_blocks, compact_patches, cull_quads, displace_samples, expand_patches,
+};
+use crate::gpu::{Buffers, Capacity, Counters, GpuError, GpuFrame, GpuMesh, PatchRecord, read_buffer};
+use crate::measure::FrameUpload;
+use crate::plan::Plan;
+use crate::pyramid::{SampleSource, VOID};
+use crate::quads::slots_per_level;
+use crate::reference::{Frustum, Placement};
+use crate::scene::{Scene, Terrain};
+
+/// Why a renderer cannot be made or a frame not prepared.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// `n` or the level count does not suit the data.
+    #[error(transparent)]
+    Clipmap(#[from] ClipmapError),
+    /// The GPU cannot do it.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The camera cannot be drawn with.
+    #[error(transparent)]
+    Pose(#[from] PoseError),
+}
+
+/// Where a frame is drawn to; both views have the same size and one sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Target<'a> {
+    /// Colour view, of the format the renderer was made for.
+    pub color: &'a wgpu::TextureView,
+    /// `Depth32Float` view; depth is reversed: clear to 0, nearer is greater.
+    pub depth: &'a wgpu::TextureView,
+    /// Clear both first; off draws into what is there.
+    pub clear: bool,
+}
+
+/// Draws one terrain with one scene into any target of the caller's device.
+pub struct Renderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    terrain: Terrain,
+    scene: Scene,
+    shape: ClipmapShape,
+    plan: Plan,
+    buffers: Buffers,
+    passes: [ComputePass; 5],
+    draw: DrawTerrain,
+    state: Option<State>,
+    work: FrameWork,
+    staging: Vec<f32>,
+    profiler: Option<GpuProfiler>,
+}
+
+/// What the last `prepare` left on the GPU.
+struct State {
+    placement: Placement,
+    frustum: Frustum,
+    anchor_m: DVec3,
+}
+
+impl Renderer {
+    /// Compiles the passes and allocates the memory a scene needs. `format` is the colour target's.
+    ///
+    /// # Errors
+    /// When the scene does not suit the terrain or the device.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        format: wgpu::TextureFormat,
+        terrain: &Terrain,
+        scene: &Scene,
+    ) -> Result<Self, RenderError> {
+        let shape = scene.shape(terrain)?;
+        Self::with_capacity(device, queue, format, terrain, scene, Capacity::worst_case(shape))
+    }
+
+    /// As [`Renderer::new`], with room for `capacity` only; see [`Renderer::grow`].
+    ///
+    /// # Errors
+    /// When the scene does not suit the terrain or the device.
+    pub fn with_capacity(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        format: wgpu::TextureFormat,
+        terrain: &Terrain,
+        scene: &Scene,
+        capacity: Capacity,
+    ) -> Result<Self, RenderError> {
+        let shape = scene.shape(terrain)?;
+        let timestamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let plan = Plan::new(scene, terrain, shape, timestamps);
+        let buffers = Buffers::new(device, shape, capacity)?;
+        let passes = [
+            displace_samples::new(device, &buffers),
+            bound_blocks::new(device, &buffers),
+            cull_quads::new(device, &buffers, plan.variant),
+            compact_patches::new(device, &buffers),
+            expand_patches::new(device, &buffers, plan.variant),
+        ];
+        let draw = DrawTerrain::new(device, &buffers, format, scene);
+        Ok(Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            terrain: terrain.clone(),
+            scene: scene.clone(),
+            shape,
+            plan,
+            buffers,
+            passes,
+            draw,
+            state: None,
+            work: FrameWork::default(),
+            staging: Vec::new(),
+            profiler: None,
+        })
+    }
+
+    /// Switches per-pass times on; they stay null where the device has no timestamp queries.
+    pub fn time_passes(&mut self) {
+        if self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+            // Settings are the default ones, which the profiler always accepts.
+            self.profiler = GpuProfiler::new(&self.device, GpuProfilerSettings::default()).ok();
+        }
+    }
+
+    /// What the scene was turned into.
+    #[must_use]
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Window size and level count.
+    #[must_use]
+    pub fn shape(&self) -> ClipmapShape {
+        self.shape
+    }
+
+    /// Bytes of GPU buffers held.
+    #[must_use]
+    pub fn gpu_bytes(&self) -> u64 {
+        self.buffers.bytes()
+    }
+
+    /// Windows, anchor and camera of the last prepared frame, as the CPU twins need them.
+    #[must_use]
+    pub fn placement(&self) -> Option<&Placement> {
+        self.state.as_ref().map(|s| &s.placement)
+    }
+
+    /// Planes of the last prepared frame.
+    #[must_use]
+    pub fn frustum(&self) -> Option<&Frustum> {
+        self.state.as_ref().map(|s| &s.frustum)
+    }
+
+    /// Height data of the terrain drawn.
+    #[must_use]
+    pub fn source(&self) -> &Arc<dyn SampleSource> {
+        &self.terrain.source
+    }
+
+    /// Uploads what this camera needs and the GPU does not have yet. Call once before `record`.
+    ///
+    /// # Errors
+    /// When the camera holds numbers that cannot be drawn with.
+    pub fn prepare(&mut self, camera: &Camera, size_px: [u32; 2]) -> Result<FrameUpload, RenderError> {
+        camera.validate()?;
+        let windows = self.place(camera);
+        let old = self.state.as_ref().map(|s| s.placement.windows.clone());
+        let refill = refill_strips(old.as_ref(), &windows);
+        let mut upload = FrameUpload::default();
+        self.upload_control(old.as_ref(), &windows, &mut upload);
+        self.upload_strips(old.as_ref(), &windows, &refill, &mut upload);
+        let state = self.state_for(camera, windows, size_px);
+        self.upload_frame(camera, &state, &refill, size_px);
+        upload.uniform_bytes = size_of::<GpuFrame>() as u64;
+        self.state = Some(state);
+        Ok(upload)
+    }
+
+    fn place(&self, camera: &Camera) -> Windows {
+        let lattice = self.terrain.source.lattice();
+        let centre = self.terrain.samples_from_world(camera.eye_m);
+        let finest = if self.scene.drop_fine_levels { self.finest_for(camera) } else { 0 };
+        Windows::place(self.shape, lattice, centre, finest)
+    }
+
+    /// Finest level worth drawing: its window must reach 2.5 times as far as the camera is away from
+    /// the nearest ground (Asirvatham and Hoppe 2005 drop levels whose extent is less than that).
+    fn finest_for(&self, camera: &Camera) -> u32 {
+        let [low, high] = self.terrain.extent_m();
+        let eye = camera.eye_m;
+        let (x, y) = (eye.x.clamp(low[0], high[0]), eye.y.clamp(low[1], high[1]));
+        let ground = self.terrain.ground_height_m(x, y).map_or(0.0, f64::from);
+        let away = eye.distance(DVec3::new(x, y, ground.min(eye.z)));
+        let spacing = self.terrain.spacing_m[0].max(self.terrain.spacing_m[1]);
+        let mut level = 0;
+        let extent = |l: u32| f64::from(self.shape.n() - 1) * spacing * f64::from(1_u32 << l);
+        while level + 1 < self.shape.levels() && extent(level) < 2.5 * away {
+            level += 1;
+        }
+        level
+    }
+
+    /// Control data: everything once, then only the L's corners of levels whose L moved.
+    fn upload_control(&self, old: Option<&Windows>, new: &Windows, upload: &mut FrameUpload) {
+        let Some(old) = old else {
+            let points = crate::gpu::layouts::packed_points(new);
+            let quads = crate::gpu::layouts::packed_quads(new);
+            let corners: Vec<u32> =
+                (0..self.shape.levels()).flat_map(|l| crate::gpu::layouts::packed_corners(new, l)).collect();
+            self.queue.write_buffer(&self.buffers.control_points, 0, bytemuck::cast_slice(&points));
+            self.queue.write_buffer(&self.buffers.control_quads, 0, bytemuck::cast_slice(&quads));
+            self.queue.write_buffer(&self.buffers.quad_corners, 0, bytemuck::cast_slice(&corners));
+            let bytes = size_of_val(&points[..]) + size_of_val(&quads[..]) + size_of_val(&corners[..]);
+            upload.control_points = points.len() as u64;
+            upload.control_bytes += bytes as u64;
+            return;
+        };
+        for level in 1..self.shape.levels() {
+            if old.l_position_of_data(level) == new.l_position_of_data(level) {
+                continue;
+            }
+            let corners = crate::gpu::layouts::packed_l_corners(new, level);
+            let first = level as usize * crate::quads::QUADS_PER_LEVEL + crate::quads::L_FIRST;
+            self.queue.write_buffer(
+                &self.buffers.quad_corners,
+                (first * 4) as u64,
+                bytemuck::cast_slice(&corners),
+            );
+            upload.control_bytes += size_of_val(&corners) as u64;
+        }
+    }
+
+    /// The refill strips, all in one staging write: four words a strip (control data), then samples.
+    fn upload_strips(
+        &mut self,
+        old: Option<&Windows>,
+        new: &Windows,
+        refill: &Refill,
+        upload: &mut FrameUpload,
+    ) {
+        self.work = FrameWork { shifted: !refill.shifted.is_empty(), ..FrameWork::default() };
+        upload.shifts = refill.shifted.len() as u64;
+        for &level in &refill.shifted {
+            let moved = |a: usize| {
+                old.map_or(i32::MAX, |o| new.origins[level as usize][a] - o.origins[level as usize][a])
+            };
+            upload.height_bound_samples += height_bound(self.shape.n(), moved(0), moved(1));
+        }
+        if refill.strips.is_empty() {
+            return;
+        }
+        let mut heads: Vec<u32> = Vec::with_capacity(refill.strips.len() * 4);
+        self.staging.clear();
+        for strip in &refill.strips {
+            let r = strip.rect;
+            let size = [0, 1].map(|a| r.hi[a].abs_diff(r.lo[a]) + 1);
+            heads.extend([
+                strip.level,
+                r.lo[0].cast_unsigned(),
+                r.lo[1].cast_unsigned(),
+                size[0] | size[1] << 16,
+            ]);
+            self.work.largest_strip = self.work.largest_strip.max(size[0] * size[1]);
+            self.terrain.source.read(strip.level, r, &mut self.staging);
+        }
+        self.work.strips = u32::try_from(refill.strips.len()).unwrap_or(u32::MAX);
+        let head_bytes = size_of_val(&heads[..]) as u64;
+        self.queue.write_buffer(&self.buffers.staging, 0, bytemuck::cast_slice(&heads));
+        self.queue.write_buffer(&self.buffers.staging, head_bytes, bytemuck::cast_slice(&self.staging));
+        upload.control_bytes += head_bytes;
+        upload.height_bytes += size_of_val(&self.staging[..]) as u64;
+    }
+
+    fn state_for(&self, camera: &Camera, windows: Windows, size_px: [u32; 2]) -> State {
+        let lattice = windows.lattice;
+        let half = i32::try_from(self.shape.n() / 2).unwrap_or_default();
+        // A function of the windows alone, so that the mesh is, too.
+        let anchor = [0, 1].map(|a| (windows.origins[0][a] + half).clamp(0, lattice.last[a]));
+        let range = self.terrain.source.height_range().unwrap_or([0.0, 0.0]);
+        #[expect(clippy::cast_possible_truncation, reason = "clamped to the data's own f32 range")]
+        let anchor_height_m = {
+            let near = camera.eye_m.z.clamp(range[0].into(), range[1].into());
+            ((near / 64.0).round() * 64.0) as f32
+        };
+        let anchor_m = DVec3::new(
+            self.terrain.origin_m[0] + f64::from(anchor[0]) * self.terrain.spacing_m[0],
+            self.terrain.origin_m[1] + f64::from(anchor[1]) * self.terrain.spacing_m[1],
+            anchor_height_m.into(),
+        );
+        let at = self.terrain.samples_from_world(camera.eye_m);
+        let clip = self.clip(camera, anchor_m, size_px);
+        State {
+            placement: Placement {
+                windows,
+                anchor,
+                anchor_height_m,
+                spacing_m: self.terrain.spacing_m.map(|v| v as f32),
+                eye_samples: [0, 1].map(|a| (at[a] - f64::from(anchor[a])) as f32),
+                morph: self.scene.morph,
+            },
+            frustum: Frustum { planes: Camera::planes(&clip) },
+            anchor_m,
+        }
+    }
+
+    /// Clip space from metres relative to `anchor_m`, for a target of the given size.
+    #[must_use]
+    pub fn clip(&self, camera: &Camera, anchor_m: DVec3, size_px: [u32; 2]) -> DMat4 {
+        let aspect = f64::from(size_px[0].max(1)) / f64::from(size_px[1].max(1));
+        let spacing = self.terrain.spacing_m[0].min(self.terrain.spacing_m[1]);
+        // Reverse depth has precision to spare: the near plane need only be closer than any detail.
+        let near_m = (0.05 * spacing).clamp(1e-4, 1.0);
+        camera.clip_from_anchor(anchor_m, aspect, near_m)
+    }
+
+    fn upload_frame(&self, camera: &Camera, state: &State, refill: &Refill, size_px: [u32; 2]) {
+        let p = &state.placement;
+        let clip = self.clip(camera, state.anchor_m, size_px);
+        let [azimuth, altitude] = self.scene.sun_deg.map(f64::to_radians);
+        let sun = DVec3::new(azimuth.sin() * altitude.cos(), azimuth.cos() * altitude.cos(), altitude.sin());
+        let [low, high] = self.terrain.extent_m();
+        let diagonal = DVec3::new(high[0] - low[0], high[1] - low[1], 0.0).length();
+        let mut origins = [[0; 4]; crate::clipmap::MAX_LEVELS as usize];
+        for (slot, origin) in origins.iter_mut().zip(&p.windows.origins) {
+            *slot = [origin[0], origin[1], 0, 0];
+        }
+        let frame = GpuFrame {
+            clip_from_anchor: clip.as_mat4().to_cols_array_2d(),
+            planes: state.frustum.planes,
+            eye_from_anchor_m: (camera.eye_m - state.anchor_m).as_vec3().to_array(),
+            fog_per_m: (0.6 / diagonal.max(1e-6)) as f32,
+            sun_direction: sun.as_vec3().to_array(),
+            ambient: 0.30,
+            fog_color: self.scene.background,
+            anchor_height_m: p.anchor_height_m,
+            height_range_m: self.terrain.source.height_range().unwrap_or([0.0, 1.0]),
+            viewport_px: size_px.map(|v| v as f32),
+            spacing_m: p.spacing_m,
+            eye_samples: p.eye_samples,
+            anchor: p.anchor,
+            last: p.windows.lattice.last,
+            level_count: self.shape.levels(),
+            finest: p.windows.finest,
+            n: self.shape.n(),
+            slots_per_level: slots_per_level(self.shape),
+            cull: u32::from(self.scene.cull),
+            vertex_capacity: self.buffers.capacity.vertices,
+            index_capacity: self.buffers.capacity.indices,
+            shifted_levels: refill.shifted.iter().fold(0, |bits, l| bits | 1 << l),
+            origins,
+        };
+        self.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
+    }
+
+    /// Records the prepared frame: the mesh, then the draw.
+    pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, target: Target<'_>) {
+        self.record_mesh(encoder);
+        self.record_draw(encoder, target, |draw, pass, buffers| draw.record(pass, buffers));
+        if let Some(profiler) = &mut self.profiler {
+            profiler.resolve_queries(encoder);
+        }
+    }
+
+    /// Records the compute passes alone, in the order of the array.
+    pub fn record_mesh(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        for pass in &self.passes {
+            if !pass.has_work(self.shape, self.work) {
+                continue;
+            }
+            let query = self.profiler.as_ref().map(|p| p.begin_pass_query(pass.stem, encoder));
+            let mut recorded = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(pass.stem),
+                timestamp_writes: query.as_ref().and_then(|q| q.compute_pass_timestamp_writes()),
+            });
+            pass.record(&mut recorded, self.shape, self.work, &self.buffers.counters);
+            drop(recorded);
+            if let (Some(profiler), Some(query)) = (&self.profiler, query) {
+                profiler.end_query(encoder, query);
+            }
+        }
+        // Recorded once: a second recording without `prepare` must not refill again.
+        self.work = FrameWork::default();
+    }
+
+    fn record_draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: Target<'_>,
+        draw: impl FnOnce(&DrawTerrain, &mut wgpu::RenderPass<'_>, &Buffers),
+    ) {
+        let [r, g, b] = self.scene.background.map(f64::from);
+        let load = |clear| if target.clear { wgpu::LoadOp::Clear(clear) } else { wgpu::LoadOp::Load };
+        let depth_load = if target.clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
+        let query = self.profiler.as_ref().map(|p| p.begin_pass_query("draw_terrain", encoder));
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("draw_terrain"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: target.color,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: load(wgpu::Color { r, g, b, a: 1.0 }),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: target.depth,
+                depth_ops: Some(wgpu::Operations { load: depth_load, store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: query.as_ref().and_then(|q| q.render_pass_timestamp_writes()),
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        draw(&self.draw, &mut pass, &self.buffers);
+        drop(pass);
+        if let (Some(profiler), Some(query)) = (&self.profiler, query) {
+            profiler.end_query(encoder, query);
+        }
+    }
+
+    /// Draws a ready-made mesh with this renderer's pipeline: what a static mesh would cost.
+    #[doc(hidden)]
+    pub fn record_static(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: Target<'_>,
+        vertices: &wgpu::Buffer,
+        indices: &wgpu::Buffer,
+        index_count: u32,
+    ) {
+        self.record_draw(encoder, target, |draw, pass, _| {
+            draw.record_static(pass, vertices, indices, index_count)
+        });
+    }
+
+    /// Ends a timed frame after its submission: milliseconds of each pass of the oldest finished frame,
+    /// `None` where nothing is timed or finished yet.
+    pub fn finished_pass_times(&mut self) -> Option<Vec<(String, f64)>> {
+        let period = self.queue.get_timestamp_period();
+        let profiler = self.profiler.as_mut()?;
+        if let Err(error) = profiler.end_frame() {
+            log::warn!("per-pass times of this frame are lost: {error}");
+        }
+        let results = profiler.process_finished_frame(period)?;
+        Some(results.into_iter().filter_map(|r| r.time.map(|t| (r.label, (t.end - t.start) * 1e3))).collect())
+    }
+
+    /// Counters of the last submitted frame; waits for the GPU.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn read_counters(&self) -> Result<Counters, GpuError> {
+        let all: Vec<Counters> = read_buffer(&self.device, &self.queue, &self.buffers.counters, 1)?;
+        all.first().copied().ok_or_else(|| GpuError::Readback { reason: "no counters".into() })
+    }
+
+    /// Makes room for what a frame needed, when its counters say that patches were dropped. Returns
+    /// whether it grew; the caller draws the frame again.
+    ///
+    /// # Errors
+    /// When the device does not allow that much.
+    pub fn grow(&mut self, counters: &Counters) -> Result<bool, RenderError> {
+        if counters.patches_dropped == 0 {
+            return Ok(false);
+        }
+        let wanted = Capacity { vertices: counters.vertices_needed, indices: counters.indices_needed };
+        let buffers = Buffers::new(&self.device, self.shape, wanted)?;
+        let got = buffers.capacity;
+        if got.vertices < wanted.vertices || got.indices < wanted.indices {
+            let limits = self.device.limits();
+            return Err(RenderError::Gpu(GpuError::TooLarge {
+                what: "the visible mesh",
+                bytes: (u64::from(wanted.vertices) * 16).max(u64::from(wanted.indices) * 4),
+                most: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            }));
+        }
+        self.buffers = buffers;
+        for pass in &mut self.passes {
+            pass.rebind(&self.device, &self.buffers);
+        }
+        self.draw.rebind(&self.device, &self.buffers);
+        // The new buffers are empty: everything is sent again with the next frame.
+        self.state = None;
+        Ok(true)
+    }
+
+    /// The mesh of the last submitted frame; waits for the GPU.
+    ///
+    /// # Errors
+    /// When the device fails or no frame was prepared.
+    pub fn read_mesh(&self) -> Result<GpuMesh, GpuError> {
+        let state =
+            self.state.as_ref().ok_or_else(|| GpuError::Readback { reason: "no frame was drawn".into() })?;
+        let counters = self.read_counters()?;
+        let read_patches = |count: usize| -> Result<Vec<PatchRecord>, GpuError> {
+            let slots = (slots_per_level(self.shape) * self.shape.levels()) as usize;
+            let records: Vec<PatchRecord> =
+                read_buffer(&self.device, &self.queue, &self.buffers.patches, slots)?;
+            let visible: Vec<u32> =
+                read_buffer(&self.device, &self.queue, &self.buffers.visible_slots, count)?;
+            Ok(visible.iter().filter_map(|ix| records.get(*ix as usize)).copied().collect())
+        };
+        let patches = read_patches(counters.expand_x as usize)?;
+        let vertex_count: u32 = patches.iter().map(|p| p.patch().vertex_count()).sum();
+        let indices: Vec<u32> =
+            read_buffer(&self.device, &self.queue, &self.buffers.indices, counters.index_count as usize)?;
+        Ok(GpuMesh {
+            anchor_m: state.anchor_m.to_array(),
+            vertices: read_buffer(&self.device, &self.queue, &self.buffers.vertices, vertex_count as usize)?,
+            triangles: indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
+            patches,
+            counters,
+        })
+    }
+
+    /// All samples of all windows as they lie on the GPU, `(n + 1)^2` a level; for tests.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn read_samples(&self) -> Result<Vec<f32>, GpuError> {
+        let count = self.buffers.samples.size() / 4;
+        let samples: Vec<f32> = read_buffer(
+            &self.device,
+            &self.queue,
+            &self.buffers.samples,
+            usize::try_from(count).unwrap_or(0),
+        )?;
+        debug_assert!(samples.iter().all(|h| h.is_finite() && *h <= VOID));
+        Ok(samples)
+    }
+}
