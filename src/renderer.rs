@@ -58,6 +58,9 @@ pub struct Renderer {
     passes: [ComputePass; 5],
     draw: DrawTerrain,
     state: Option<State>,
+    /// Windows whose samples lie on the GPU: those of the last recorded frame. A frame that is prepared
+    /// but never recorded leaves nothing behind.
+    resident: Option<Windows>,
     work: FrameWork,
     staging: Vec<f32>,
     profiler: Option<GpuProfiler>,
@@ -121,6 +124,7 @@ impl Renderer {
             passes,
             draw,
             state: None,
+            resident: None,
             work: FrameWork::default(),
             staging: Vec::new(),
             profiler: None,
@@ -179,10 +183,11 @@ impl Renderer {
         camera.validate()?;
         let windows = self.place(camera);
         let old = self.state.as_ref().map(|s| s.placement.windows.clone());
-        let refill = refill_strips(old.as_ref(), &windows);
+        let resident = self.resident.clone();
+        let refill = refill_strips(resident.as_ref(), &windows);
         let mut upload = FrameUpload::default();
         self.upload_control(old.as_ref(), &windows, &mut upload);
-        self.upload_strips(old.as_ref(), &windows, &refill, &mut upload);
+        self.upload_strips(resident.as_ref(), &windows, &refill, &mut upload);
         let state = self.state_for(camera, windows, size_px);
         self.upload_frame(camera, &state, &refill, size_px);
         upload.uniform_bytes = size_of::<GpuFrame>() as u64;
@@ -394,6 +399,7 @@ impl Renderer {
         }
         // Recorded once: a second recording without `prepare` must not refill again.
         self.work = FrameWork::default();
+        self.resident = self.state.as_ref().map(|s| s.placement.windows.clone());
     }
 
     fn record_draw(
@@ -496,6 +502,7 @@ impl Renderer {
         self.draw.rebind(&self.device, &self.buffers);
         // The new buffers are empty: everything is sent again with the next frame.
         self.state = None;
+        self.resident = None;
         Ok(true)
     }
 
@@ -526,6 +533,40 @@ impl Renderer {
             patches,
             counters,
         })
+    }
+
+    /// Runs the expansion alone on the given records, whose first vertices and indices must be set, and
+    /// reads the result back: how tests try factors that no camera asks for yet.
+    ///
+    /// # Errors
+    /// When the device fails or no frame was prepared and recorded before.
+    #[doc(hidden)]
+    pub fn expand_only(
+        &self,
+        records: &[PatchRecord],
+    ) -> Result<(Vec<crate::reference::Vertex>, Vec<u32>), GpuError> {
+        let slots: Vec<u32> = (0..u32::try_from(records.len()).unwrap_or(u32::MAX)).collect();
+        let groups = [slots.len() as u32, 1, 1];
+        let offset = std::mem::offset_of!(Counters, expand_x) as u64;
+        self.queue.write_buffer(&self.buffers.patches, 0, bytemuck::cast_slice(records));
+        self.queue.write_buffer(&self.buffers.visible_slots, 0, bytemuck::cast_slice(&slots));
+        self.queue.write_buffer(&self.buffers.counters, offset, bytemuck::cast_slice(&groups));
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        if let Some(expand) = self.passes.last() {
+            expand.record(&mut pass, self.shape, self.work, &self.buffers.counters);
+        }
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
+        let ends = records.iter().map(|r| {
+            let p = r.patch();
+            (r.first_vertex + p.vertex_count(), r.first_index + 3 * p.triangle_count())
+        });
+        let (vertices, indices) = ends.fold((0, 0), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+        Ok((
+            read_buffer(&self.device, &self.queue, &self.buffers.vertices, vertices as usize)?,
+            read_buffer(&self.device, &self.queue, &self.buffers.indices, indices as usize)?,
+        ))
     }
 
     /// All samples of all windows as they lie on the GPU, `(n + 1)^2` a level; for tests.

@@ -1,4 +1,10 @@
 //! The invariants of the mesh on what the GPU made. Needs an adapter.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a failed expectation is a failed test"
+)]
 
 mod common;
 

@@ -1,4 +1,10 @@
 //! The elevation layer against hand-made files and, where present, the shared test data.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a failed expectation is a failed test"
+)]
 
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};

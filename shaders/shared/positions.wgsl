@@ -49,7 +49,9 @@ fn vertex_height(level: u32, base: vec2<i32>) -> f32 {
         return own;
     }
     let coarse = coarse_height(level + 1u, node);
-    return select(own * (1.0 - alpha) + coarse * alpha, own, coarse == VOID);
+    // Clamped, or rounding could lift it out of the bounds of both.
+    let between = clamp(own * (1.0 - alpha) + coarse * alpha, min(own, coarse), max(own, coarse));
+    return select(between, own, coarse == VOID);
 }
 
 fn height_or(level: u32, node: vec2<i32>, centre: f32) -> f32 {

@@ -39,14 +39,18 @@ pub struct Args {
 
 pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
     let terrain = args.terrain.open()?;
+    let scene = args.look.apply(args.shape.scene());
+    scene.shape(&terrain)?;
+    let path = CameraPath::open(&args.path, &terrain)?;
+    path.at(0.0, args.look.fov).1.validate()?;
     let gpu = Gpu::new()?;
     let flight = Flight {
         name: &args.terrain.terrain,
         terrain: &terrain,
-        scene: args.look.apply(args.shape.scene()),
+        scene,
         size: args.look.size,
         fov_deg: args.look.fov,
-        path: CameraPath::open(&args.path, &terrain)?,
+        path,
         frames: args.frames,
     };
     let report = flight.fly(&gpu, &args.report, quiet)?;

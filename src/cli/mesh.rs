@@ -35,8 +35,9 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     check_writable(&args.output)?;
     let terrain = args.terrain.open()?;
     let camera = camera(&terrain, args.camera.as_deref(), args.fov)?;
-    let gpu = Gpu::new()?;
     let scene = args.shape.scene();
+    scene.shape(&terrain)?;
+    let gpu = Gpu::new()?;
     let target = Offscreen::new(&gpu.device, args.size)?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, &scene)?;
     draw_whole(&gpu, &mut renderer, &target, &camera)?;

@@ -78,7 +78,7 @@ pub fn run() -> ExitCode {
         Err(error) => {
             // One line, whatever a library put into its own message.
             let line = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
-            eprintln!("error: {line}");
+            eprintln!("tessclip: error: {line}");
             ExitCode::from(2)
         }
     }

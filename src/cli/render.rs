@@ -32,6 +32,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let terrain = args.terrain.open()?;
     let camera = camera(&terrain, args.camera.as_deref(), args.look.fov)?;
     let scene = args.look.apply(args.shape.scene());
+    scene.shape(&terrain)?;
     let gpu = Gpu::new()?;
     log::info!("adapter: {}", gpu.describe());
     let rgba = picture(&gpu, &terrain, &scene, &camera, args.look.size)?;

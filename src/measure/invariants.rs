@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::{Faults, Mesh, check_mesh, crack_pixels};
 use crate::camera::Camera;
 use crate::clipmap::{ClipmapShape, Windows};
-use crate::gpu::{Gpu, GpuError, GpuMesh, Offscreen, PatchRecord};
+use crate::gpu::{Gpu, GpuMesh, Offscreen, PatchRecord};
 use crate::heights::HeightGrid;
 use crate::pyramid::{Prefilter, SampleSource, VOID};
 use crate::quads::{Patch, patches};
@@ -36,7 +36,8 @@ pub struct CheckRow {
 }
 
 impl CheckRow {
-    fn new(name: impl Into<String>, unit: &'static str, bound: f64) -> Self {
+    /// A row without cases yet.
+    pub fn new(name: impl Into<String>, unit: &'static str, bound: f64) -> Self {
         Self { name: name.into(), tried: 0, failed: 0, worst: 0.0, bound, unit, pass: true }
     }
 
@@ -105,7 +106,7 @@ pub fn check_twin(terrain: &Terrain, effort: Effort) -> Vec<CheckRow> {
             // Finest levels drop out with height; the rule must hold for each of them as the finest.
             let finest = if k % 4 == 3 { 1 } else { 0 };
             let windows = Windows::place(shape, lattice, centre, finest);
-            let placement = plain_placement(windows, terrain);
+            let placement = plain_placement(windows);
             let all: Vec<Patch> = patches(&placement.windows).into_iter().map(|(_, p)| p).collect();
             let mesh = Mesh::from_twin(&placement, &NoVoids(terrain.source.clone()), &all, [0.0; 3]);
             row.add(fault_count(&check_mesh(&mesh, twin_domain(&placement), 0.0)));
@@ -116,8 +117,7 @@ pub fn check_twin(terrain: &Terrain, effort: Effort) -> Vec<CheckRow> {
 }
 
 /// Placement with unit spacing and no anchor: positions are base samples, exact in f32.
-fn plain_placement(windows: Windows, terrain: &Terrain) -> Placement {
-    let _ = terrain;
+fn plain_placement(windows: Windows) -> Placement {
     Placement {
         windows,
         anchor: [0, 0],
@@ -398,7 +398,7 @@ fn check_silhouette(gpu: &Gpu, terrain: &Terrain, effort: Effort) -> Result<Chec
         let t = f64::from(k) / f64::from(frames);
         let camera = camera_at(terrain, [last[0] * (0.1 + 0.8 * t), last[1] * (0.2 + 0.6 * t)], k as usize);
         draw(gpu, &mut renderer, &target, &camera)?;
-        let picture = target.read_rgba(&gpu.device, &gpu.queue).map_err(GpuError::from)?;
+        let picture = target.read_rgba(&gpu.device, &gpu.queue)?;
         row.add(crack_pixels(&picture, target.size, [255, 0, 255]) as f64);
     }
     Ok(row)

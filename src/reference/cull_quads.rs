@@ -68,8 +68,8 @@ pub fn visible(frustum: &Frustum, bounds: &Bounds) -> bool {
     frustum.planes.iter().all(|plane| {
         let mut sum = plane[3];
         let mut size = plane[3].abs();
-        for a in 0..3 {
-            let term = plane[a] * if plane[a] >= 0.0 { bounds.hi[a] } else { bounds.lo[a] };
+        for (normal, (lo, hi)) in plane.iter().zip(bounds.lo.iter().zip(&bounds.hi)) {
+            let term = normal * if *normal >= 0.0 { hi } else { lo };
             sum += term;
             size += term.abs();
         }

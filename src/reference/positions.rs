@@ -73,7 +73,11 @@ impl Placement {
             return own;
         }
         let coarse = self.coarse_height(source, level + 1, index, lattice.last_at(level));
-        if coarse == VOID { own } else { own * (1.0 - alpha) + coarse * alpha }
+        if coarse == VOID {
+            return own;
+        }
+        // Clamped, or rounding could lift it out of the bounds of both.
+        (own * (1.0 - alpha) + coarse * alpha).clamp(own.min(coarse), own.max(coarse))
     }
 
     /// The surface of `level` at node `index` of the finer lattice, on its own triangles: cells are

@@ -1,0 +1,193 @@
+//! The command line as a user meets it.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a failed expectation is a failed test"
+)]
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use tempfile::TempDir;
+
+fn tessclip() -> Command {
+    Command::cargo_bin("tessclip").expect("built")
+}
+
+fn stdout(args: &[&str]) -> String {
+    let out = tessclip().args(args).assert().success();
+    String::from_utf8(out.get_output().stdout.clone()).expect("text")
+}
+
+/// Exit code 2 and one line that holds all the words.
+fn refused(args: &[&str], words: &[&str]) {
+    let out = tessclip().args(args).assert().code(2);
+    let text = String::from_utf8_lossy(&out.get_output().stderr).to_string();
+    let lines: Vec<_> = text.lines().filter(|l| l.starts_with("tessclip: error")).collect();
+    assert_eq!(lines.len(), 1, "{text}");
+    for word in words {
+        assert!(text.contains(word), "'{word}' is not in: {text}");
+    }
+}
+
+fn shared(path: &str) -> Option<PathBuf> {
+    let root = std::env::var_os("TESSCLIP_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    let file = root.join(path);
+    if !file.exists() {
+        eprintln!("SKIPPED: shared data absent: {path}");
+        return None;
+    }
+    Some(file)
+}
+
+#[test]
+fn footprints_print_the_papers_table() {
+    let json: serde_json::Value =
+        serde_json::from_str(&stdout(&["footprints", "--n", "63,511", "--levels", "7,9", "--json"]))
+            .expect("json");
+    let rows = json["rows"].as_array().expect("rows");
+    let find = |method: &str, n: u64, levels: u64| {
+        rows.iter().find(|r| r["method"] == method && r["n"] == n && r["levels"] == levels).expect("present")
+    };
+    assert_eq!(find("tessellated", 63, 7)["control_points"], 301);
+    assert_eq!(find("tessellated", 511, 9)["control_points"], 387);
+    assert_eq!(find("classic", 511, 9)["vertices"], 2_350_089);
+    assert!(find("classic", 63, 7)["control_points"].is_null());
+    assert!(stdout(&["footprints"]).contains("n0 to n43"));
+}
+
+#[test]
+fn bad_input_is_refused_in_one_line() {
+    let dir = TempDir::new().expect("a folder");
+    let out = dir.path().join("x.png");
+    let out = out.to_str().expect("text");
+    refused(&["info", "/nowhere/at/all.tif"], &["/nowhere/at/all.tif"]);
+    refused(&["info", "procedural:nothing"], &["nothing", "mountains"]);
+    refused(&["render", "procedural:plain", "--n", "100", "-o", out], &["100", "2^k - 1"]);
+    refused(&["render", "procedural:plain", "--levels", "30", "-o", out], &["30 levels", "supports"]);
+    refused(&["render", "procedural:plain", "--camera", "1,2,NaN,0,0", "-o", out], &["NaN"]);
+    refused(&["render", "procedural:plain", "--camera", "1,2,3", "-o", out], &["3 numbers"]);
+    refused(&["render", "procedural:plain", "--fov", "180", "-o", out], &["180"]);
+    refused(&["render", "procedural:plain", "-o", "/no/such/folder/x.png"], &["/no/such/folder"]);
+    refused(&["footprints", "--n", "64"], &["64"]);
+    assert!(!Path::new(out).exists());
+}
+
+#[test]
+fn rendering_twice_gives_the_same_bytes_and_mesh_is_valid_ply() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let dir = TempDir::new().expect("a folder");
+    let file = |name: &str| dir.path().join(name).to_str().expect("text").to_string();
+    for name in ["a.png", "b.png"] {
+        stdout(&[
+            "render",
+            "procedural:mountains?size=300",
+            "--size",
+            "160x90",
+            "--n",
+            "63",
+            "-o",
+            &file(name),
+        ]);
+    }
+    let read = |name: &str| std::fs::read(dir.path().join(name)).expect("readable");
+    assert_eq!(read("a.png"), read("b.png"));
+    stdout(&[
+        "mesh",
+        "procedural:mountains?width=120&height=77",
+        "--n",
+        "31",
+        "--no-cull",
+        "-o",
+        &file("m.ply"),
+    ]);
+    let ply = read("m.ply");
+    let end = ply.windows(11).position(|w| w == b"end_header\n").expect("header") + 11;
+    let header = String::from_utf8_lossy(&ply[..end]).to_string();
+    let count = |what: &str| -> usize {
+        let line = header.lines().find(|l| l.starts_with(what)).expect("present");
+        line.rsplit(' ').next().and_then(|v| v.parse().ok()).expect("a number")
+    };
+    let (vertices, faces) = (count("element vertex"), count("element face"));
+    assert_eq!(ply.len(), end + vertices * 25 + faces * 13);
+    // The mesh covers the data: 119 x 76 cells of 30 m.
+    let at = |ix: usize, axis: usize| {
+        let from = end + ix * 25 + axis * 8;
+        f64::from_le_bytes(ply[from..from + 8].try_into().expect("8 bytes"))
+    };
+    let mut area = 0.0;
+    for f in 0..faces {
+        let from = end + vertices * 25 + f * 13 + 1;
+        let v = [0, 4, 8]
+            .map(|o| u32::from_le_bytes(ply[from + o..from + o + 4].try_into().expect("4 bytes")) as usize);
+        let [a, b, c] = v.map(|ix| [at(ix, 0), at(ix, 1)]);
+        area += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+    }
+    assert!((area / (119.0 * 30.0 * 76.0 * 30.0) - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_flight_writes_a_report_that_says_what_it_is() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let dir = TempDir::new().expect("a folder");
+    let path = dir.path().join("path.csv");
+    std::fs::write(&path, "t,x,y,z,yaw,pitch\n0,100,100,900,0,-10\n1,3000,3000,900,350,-10\n")
+        .expect("written");
+    let report = dir.path().join("report");
+    let args = ["fly", "procedural:dunes?size=200", "--n", "31", "--size", "64x36", "--frames", "12"];
+    tessclip().args(args).arg("--path").arg(&path).arg("--report").arg(&report).assert().success();
+    let text = std::fs::read_to_string(report.join("report.json")).expect("written");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("json");
+    assert_eq!(json["schema"], "tessclip-report/1");
+    let run = &json["runs"][0];
+    assert_eq!(run["frames"], 12);
+    assert_eq!(run["upload"]["vertex_bytes"], 0);
+    assert!(run["frame_ms"]["p99"].is_null(), "p99 needs 1,000 frames");
+    assert!(run["frame_ms"]["p50"].as_f64().is_some_and(|v| v > 0.0));
+    assert!(run["upload"]["shifts"].as_u64().is_some_and(|v| v > 0));
+    let csv = std::fs::read_to_string(report.join("frames.csv")).expect("written");
+    assert_eq!(csv.lines().count(), 13);
+    assert!(std::fs::read_to_string(report.join("report.html")).expect("written").contains("<svg"));
+    std::fs::write(&path, "t,x,y,z,yaw,pitch\n0,0,0,0,0,0\n0,1,1,1,1,1\n").expect("written");
+    refused(
+        &["fly", "procedural:dunes?size=200", "--path", path.to_str().expect("text"), "--report", "unused"],
+        &["line 3", "t must grow"],
+    );
+}
+
+#[test]
+fn info_tells_what_the_catalogue_says() {
+    let Some(file) = shared("srtm/N46E008.tif") else { return };
+    let json: serde_json::Value =
+        serde_json::from_str(&stdout(&["info", file.to_str().expect("text"), "--json"])).expect("json");
+    assert_eq!(json["void_count"], 103_743);
+    assert_eq!(json["min"], 187.0);
+    assert_eq!(json["max"], 4173.0);
+    assert_eq!(json["width"], 1201);
+    assert_eq!(json["unit"], "degree");
+    assert!(json["notes"][0].as_str().is_some_and(|n| n.contains("centre latitude")));
+}
+
+#[test]
+fn a_brief_check_holds_and_prints_its_table() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let json: serde_json::Value = serde_json::from_str(&stdout(&[
+        "check",
+        "procedural:spikes?width=97&height=150",
+        "--brief",
+        "--json",
+    ]))
+    .expect("json");
+    assert_eq!(json["pass"], true);
+    assert!(json["rows"].as_array().is_some_and(|r| r.len() >= 8));
+}

@@ -1,0 +1,91 @@
+//! A few small pictures. A missing golden fails; TESSCLIP_BLESS=1 writes them, on purpose only.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a failed expectation is a failed test"
+)]
+
+mod common;
+
+use std::path::Path;
+
+use tessclip::gpu::Offscreen;
+use tessclip::measure::invariants::draw;
+use tessclip::{Camera, ColorMode, Prefilter, Renderer, Scene, Terrain};
+
+const SIZE: [u32; 2] = [192, 108];
+
+/// Pixels of which any channel differs by more than `tolerance`; `None` where the sizes do.
+fn wrong_pixels(a: &[u8], b: &[u8], tolerance: u8) -> Option<usize> {
+    (a.len() == b.len()).then(|| {
+        a.chunks(4)
+            .zip(b.chunks(4))
+            .filter(|(p, q)| p.iter().zip(*q).any(|(x, y)| x.abs_diff(*y) > tolerance))
+            .count()
+    })
+}
+
+fn compare(name: &str, got: &[u8]) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(format!("{name}.png"));
+    if std::env::var("TESSCLIP_BLESS").is_ok_and(|v| v == "1") {
+        image::save_buffer(&path, got, SIZE[0], SIZE[1], image::ColorType::Rgba8).expect("written");
+    }
+    let golden = image::open(&path)
+        .unwrap_or_else(|e| panic!("{}: {e}: the golden picture is missing", path.display()));
+    let wrong = wrong_pixels(got, golden.to_rgba8().as_raw(), 6);
+    // Drivers may rasterise an edge the other way round: a few pixels, never a patch.
+    if wrong.is_none_or(|w| w > 30) {
+        let out = std::env::temp_dir().join(format!("tessclip-{name}-got.png"));
+        image::save_buffer(&out, got, SIZE[0], SIZE[1], image::ColorType::Rgba8).expect("written");
+        panic!("{name}: {wrong:?} wrong pixels of 30 allowed; see {}", out.display());
+    }
+}
+
+fn render(scene: &Scene) -> Option<Vec<u8>> {
+    let gpu = common::gpu()?;
+    let terrain =
+        Terrain::new(&common::terrain("procedural:mountains?seed=3&size=257"), Prefilter::Subsample);
+    let mut renderer =
+        Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, scene).expect("drawable");
+    let target = Offscreen::new(&gpu.device, SIZE).expect("small");
+    let eye_m = glam::DVec3::new(3_900.0, -500.0, 4_500.0);
+    draw(&gpu, &mut renderer, &target, &Camera { eye_m, yaw_deg: 0.0, pitch_deg: -35.0, fov_deg: 60.0 })
+        .expect("drawn");
+    Some(target.read_rgba(&gpu.device, &gpu.queue).expect("read"))
+}
+
+#[test]
+fn shaded_mountains_look_as_they_did() {
+    let Some(got) = render(&Scene { n: 63, ..Scene::default() }) else { return };
+    compare("shaded", &got);
+}
+
+#[test]
+fn levels_in_wireframe_look_as_they_did() {
+    let scene = Scene {
+        n: 31,
+        color: ColorMode::Levels,
+        wireframe: true,
+        drop_fine_levels: false,
+        ..Scene::default()
+    };
+    let Some(got) = render(&scene) else { return };
+    compare("levels-wireframe", &got);
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let scene = Scene { n: 63, ..Scene::default() };
+    assert_eq!(render(&scene), render(&scene));
+}
+
+#[test]
+fn the_comparator_can_fail() {
+    let a = vec![10_u8; 16];
+    let mut b = a.clone();
+    assert_eq!(wrong_pixels(&a, &b, 6), Some(0));
+    b[5] = 17;
+    assert_eq!(wrong_pixels(&a, &b, 6), Some(1));
+    assert_eq!(wrong_pixels(&a, &b[..12], 6), None);
+}

@@ -1,0 +1,169 @@
+//! Every shader variant validates with exactly the features we request, and every shared struct lies in
+//! memory as Rust's does.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a failed expectation is a failed test"
+)]
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use tessclip::gpu::{Counters, GpuControlQuad, GpuFrame, PatchRecord, shader_sources};
+use tessclip::reference::Vertex;
+
+fn validate(text: &str) -> Result<naga::Module, String> {
+    let module = naga::front::wgsl::parse_str(text).map_err(|e| e.emit_to_string(text))?;
+    // We request timestamp queries only, which add nothing to the language.
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .map_err(|e| e.emit_to_string(text))?;
+    Ok(module)
+}
+
+/// The module with its overrides set, as the pipeline compiles it.
+fn variants(text: &str) -> Vec<String> {
+    let mut out = vec![text.to_string()];
+    for name in ["MORPH", "HAS_VOIDS", "FOG"] {
+        out = out
+            .iter()
+            .flat_map(|t| {
+                ["true", "false"].map(|value| {
+                    let mut made = t.clone();
+                    for default in ["true", "false"] {
+                        let from = format!("override {name}: bool = {default};");
+                        made = made.replace(&from, &format!("const {name}: bool = {value};"));
+                    }
+                    made
+                })
+            })
+            .collect();
+    }
+    out.iter()
+        .flat_map(|t| {
+            (0..5).map(|mode| {
+                t.replace("override COLOR_MODE: u32 = 0u;", &format!("const COLOR_MODE: u32 = {mode}u;"))
+            })
+        })
+        .collect()
+}
+
+#[test]
+fn every_variant_of_every_shader_is_valid() {
+    let mut count = 0;
+    for source in shader_sources() {
+        let text = source.text();
+        validate(&text).unwrap_or_else(|e| panic!("{}: {e}", source.stem));
+        for variant in variants(&text) {
+            validate(&variant).unwrap_or_else(|e| panic!("{}: {e}", source.stem));
+            count += 1;
+        }
+    }
+    assert!(count >= 6 * 8 * 5);
+}
+
+#[test]
+fn the_validation_can_fail() {
+    assert!(validate("@compute @workgroup_size(1) fn main() { let x: u32 = 1.0; }").is_err());
+    // f64 is a native extra that we do not request.
+    assert!(validate("fn f(x: f64) -> f64 { return x; }").is_err());
+}
+
+/// Name and offset of each member in order, then the size.
+type Layout = (Vec<(String, u32)>, u32);
+
+fn wgsl_layout(module: &naga::Module, name: &str) -> Option<Layout> {
+    let ty = module.types.iter().map(|(_, t)| t).find(|t| t.name.as_deref() == Some(name))?;
+    let naga::TypeInner::Struct { members, span } = &ty.inner else { return None };
+    let members = members.iter().map(|m| (m.name.clone().unwrap_or_default(), m.offset)).collect();
+    Some((members, *span))
+}
+
+macro_rules! rust_layout {
+    ($ty:ty, $($member:ident),*) => {
+        (
+            vec![$((stringify!($member).to_string(), std::mem::offset_of!($ty, $member) as u32)),*],
+            size_of::<$ty>() as u32,
+        )
+    };
+}
+
+#[test]
+fn shared_structs_have_the_same_members_offsets_and_sizes() {
+    let text = shader_sources()[4].text();
+    let module = validate(&text).expect("valid");
+    let pairs: [(&str, Layout); 4] = [
+        (
+            "Frame",
+            rust_layout!(
+                GpuFrame,
+                clip_from_anchor,
+                planes,
+                eye_from_anchor_m,
+                fog_per_m,
+                sun_direction,
+                ambient,
+                fog_color,
+                anchor_height_m,
+                height_range_m,
+                viewport_px,
+                spacing_m,
+                eye_samples,
+                anchor,
+                last,
+                level_count,
+                finest,
+                n,
+                slots_per_level,
+                cull,
+                vertex_capacity,
+                index_capacity,
+                shifted_levels,
+                origins
+            ),
+        ),
+        ("ControlQuad", rust_layout!(GpuControlQuad, kind, first_patch, patches_east)),
+        (
+            "PatchRecord",
+            rust_layout!(PatchRecord, cell, shape, outer_sn, outer_we, first_vertex, first_index, visible),
+        ),
+        (
+            "Counters",
+            rust_layout!(
+                Counters,
+                index_count,
+                instance_count,
+                first_index,
+                base_vertex,
+                first_instance,
+                wire_vertex_count,
+                wire_instance_count,
+                wire_first_vertex,
+                wire_first_instance,
+                expand_x,
+                expand_y,
+                expand_z,
+                vertices_needed,
+                indices_needed,
+                patches_visible,
+                patches_dropped
+            ),
+        ),
+    ];
+    for (name, rust) in pairs {
+        assert_eq!(wgsl_layout(&module, name).as_ref(), Some(&rust), "{name}");
+    }
+    // Position is one field in Rust and three in WGSL (a vec3 there would be padded to 16 bytes).
+    let (members, span) = wgsl_layout(&module, "Vertex").expect("present");
+    let offsets: Vec<u32> = members.iter().map(|m| m.1).collect();
+    assert_eq!((offsets, span as usize), (vec![0, 4, 8, 12], size_of::<Vertex>()));
+    assert_eq!(std::mem::offset_of!(Vertex, packed), 12);
+}
+
+#[test]
+fn a_struct_that_drifted_is_noticed() {
+    let text = shader_sources()[4].text().replace("    fog_per_m: f32,\n", "");
+    let module = naga::front::wgsl::parse_str(&text).expect("parses");
+    let (members, _) = wgsl_layout(&module, "Frame").expect("present");
+    let rust = rust_layout!(GpuFrame, clip_from_anchor, planes, eye_from_anchor_m, fog_per_m);
+    assert_ne!(members[..4], rust.0[..4]);
+}
