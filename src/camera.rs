@@ -34,6 +34,12 @@ pub enum PoseError {
         /// The offending field.
         field: String,
     },
+    /// A coordinate beyond [`Camera::FARTHEST_M`].
+    #[error("camera pose: {value:e} is too far away to draw with: give numbers of at most 1e15")]
+    TooFar {
+        /// The offending number.
+        value: f64,
+    },
     /// Field of view out of range.
     #[error("field of view {fov_deg} degrees cannot be drawn: give more than 0 and less than 180")]
     FieldOfView {
@@ -43,6 +49,9 @@ pub enum PoseError {
 }
 
 impl Camera {
+    /// Largest coordinate (and angle) taken: what f32 products of positions still hold.
+    pub const FARTHEST_M: f64 = 1e15;
+
     /// The five numbers of a pose `x,y,z,yaw,pitch` in the terrain's own units.
     ///
     /// # Errors
@@ -68,6 +77,9 @@ impl Camera {
         if let Some(bad) = all.iter().find(|v| !v.is_finite()) {
             return Err(PoseError::Number { text: format!("{all:?}"), field: bad.to_string() });
         }
+        if let Some(far) = all.iter().find(|v| v.abs() > Self::FARTHEST_M) {
+            return Err(PoseError::TooFar { value: *far });
+        }
         if !(self.fov_deg > 0.0 && self.fov_deg < 180.0) {
             return Err(PoseError::FieldOfView { fov_deg: self.fov_deg });
         }
@@ -79,6 +91,17 @@ impl Camera {
     pub fn forward(&self) -> DVec3 {
         let (yaw, pitch) = (self.yaw_deg.to_radians(), self.pitch_deg.to_radians());
         DVec3::new(yaw.sin() * pitch.cos(), yaw.cos() * pitch.cos(), pitch.sin())
+    }
+
+    /// Direction (not unit) through the middle of a pixel, counted from the top left.
+    #[must_use]
+    pub fn ray(&self, pixel: [u32; 2], size_px: [u32; 2]) -> DVec3 {
+        let (yaw, pitch) = (self.yaw_deg.to_radians(), self.pitch_deg.to_radians());
+        let right = DVec3::new(yaw.cos(), -yaw.sin(), 0.0);
+        let up = DVec3::new(-yaw.sin() * pitch.sin(), -yaw.cos() * pitch.sin(), pitch.cos());
+        let half = (self.fov_deg.to_radians() * 0.5).tan() / f64::from(size_px[1]);
+        let offset = |a: usize| f64::from(2 * pixel[a] + 1) - f64::from(size_px[a]);
+        self.forward() + right * (half * offset(0)) - up * (half * offset(1))
     }
 
     /// A camera at `eye_m` that looks at `target_m`.

@@ -56,15 +56,23 @@ impl Terrain {
         [self.origin_m, high]
     }
 
-    /// Height of the nearest valid base sample under a world point, clamped to the data; metres.
+    /// Height of the nearest base sample under a world point, clamped to the data; metres. Over a void
+    /// the nearest sample of the next coarser level that has one; `None` only where all are void.
     #[must_use]
     pub fn ground_height_m(&self, x_m: f64, y_m: f64) -> Option<f32> {
-        let last = self.source.lattice().last;
+        let lattice = self.source.lattice();
+        let last = lattice.last;
         let at = self.samples_from_world(DVec3::new(x_m, y_m, 0.0));
         #[expect(clippy::cast_possible_truncation, reason = "clamped to the lattice")]
         let index = [0, 1].map(|a| at[a].round().clamp(0.0, f64::from(last[a])) as i32);
-        let h = self.source.sample(0, index);
-        (h != crate::pyramid::VOID).then_some(h)
+        (0..=lattice.coarsest_level())
+            .map(|level| {
+                let end = lattice.last_at(level);
+                let node = [0, 1].map(|a| ((index[a] + (1 << level >> 1)) >> level).min(end[a]));
+                self.source.sample(level, node)
+            })
+            .find(|h| *h != crate::pyramid::VOID)
+            .or_else(|| self.source.height_range().map(|r| r[1]))
     }
 }
 

@@ -9,7 +9,7 @@
 mod common;
 
 use tessclip::gpu::{GpuMesh, Offscreen};
-use tessclip::measure::invariants::{CheckRow, Effort, check_gpu, draw, gpu_faults};
+use tessclip::measure::invariants::{CheckRow, Effort, check_gpu, draw, gpu_faults, sorted_triangles};
 use tessclip::measure::{Faults, Mesh, check_mesh};
 use tessclip::quads::{OuterSpan, Patch, patches};
 use tessclip::reference::Placement;
@@ -122,21 +122,7 @@ fn holes_leave_the_rest_of_the_mesh_conforming() {
     let all: Vec<Patch> = patches(&placement.windows).into_iter().map(|(_, p)| p).collect();
     let anchor = renderer.read_mesh().expect("read").anchor_m;
     let twin = Mesh::from_twin(&placement, terrain.source.as_ref(), &all, anchor);
-    let sorted = |m: &Mesh| {
-        let mut t: Vec<_> = m
-            .triangles
-            .iter()
-            .map(|t| {
-                let mut c = t.map(|ix| m.vertices[ix as usize].map(f64::to_bits));
-                let k = (0..3).min_by_key(|&i| c[i]).unwrap_or(0);
-                c.rotate_left(k);
-                c
-            })
-            .collect();
-        t.sort_unstable();
-        t
-    };
-    assert_eq!(sorted(&mesh), sorted(&twin));
+    assert_eq!(sorted_triangles(&mesh), sorted_triangles(&twin));
     let full = patches(&placement.windows).iter().map(|(_, p)| p.triangle_count() as usize).sum::<usize>();
     assert!(mesh.triangles.len() < full, "nothing was left out");
 }

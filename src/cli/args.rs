@@ -52,10 +52,10 @@ pub enum Color {
 #[derive(Clone, Debug, clap::Args)]
 pub struct ReadArgs {
     /// Metres between samples, for files without georeference
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     spacing: Option<f64>,
     /// Metres a unit, for raw values
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     z_scale: Option<f64>,
     /// Metres added after scaling
     #[arg(long, value_name = "O", allow_negative_numbers = true)]
@@ -63,6 +63,11 @@ pub struct ReadArgs {
 }
 
 impl ReadArgs {
+    /// True when --spacing was given.
+    pub fn has_spacing(&self) -> bool {
+        self.spacing.is_some()
+    }
+
     /// Reads the terrain as it is, voids and all.
     pub fn read(&self, terrain: &str) -> anyhow::Result<HeightGrid> {
         let options = ReadOptions {
@@ -106,7 +111,11 @@ impl TerrainArgs {
 
     /// Reads the terrain and makes its pyramid.
     pub fn open(&self) -> anyhow::Result<Terrain> {
-        Ok(Terrain::new(&self.grid()?, self.prefilter()))
+        let grid = self.grid()?;
+        if grid.min_max_mean().is_none() {
+            bail!("{}: every sample is void: there is nothing to draw", self.terrain);
+        }
+        Ok(Terrain::new(&grid, self.prefilter()))
     }
 
     fn prefilter(&self) -> Prefilter {
@@ -148,7 +157,7 @@ pub struct LookArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],
     /// Vertical field of view in degrees
-    #[arg(long, default_value_t = 60.0)]
+    #[arg(long, default_value_t = 60.0, allow_negative_numbers = true)]
     pub fov: f64,
     /// Colouring
     #[arg(long, value_enum, default_value = "shaded")]
@@ -219,7 +228,7 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     match sides {
         Some([w, h]) if (1..=16384).contains(&w) && (1..=16384).contains(&h) => Ok([w, h]),
-        _ => Err("give WIDTHxHEIGHT in pixels, 1 to 16384 each, as 1280x720".into()),
+        _ => Err("give WIDTHxHEIGHT in pixels, as 1280x720".into()),
     }
 }
 
@@ -253,12 +262,21 @@ pub fn check_writable(path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes a file whole or not at all: into a neighbour first, then renamed.
+/// Writes a file whole or not at all: into a neighbour first, then renamed. A link is followed; what is no
+/// regular file (a pipe, a device) is written into.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    std::fs::write(&part, bytes)
-        .and_then(|()| std::fs::rename(&part, path))
-        .with_context(|| format!("{}: cannot be written", path.display()))
+    let failed = || format!("{}: cannot be written", path.display());
+    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    if std::fs::metadata(&target).is_ok_and(|m| !m.is_file()) {
+        return std::fs::write(&target, bytes).with_context(failed);
+    }
+    let mut name = target.file_name().unwrap_or_default().to_os_string();
+    name.push(format!(".{}.part", std::process::id()));
+    let part = target.with_file_name(name);
+    let done = std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, &target));
+    if done.is_err() {
+        // What was begun is of no use; that it cannot be removed either adds nothing.
+        let _ = std::fs::remove_file(&part);
+    }
+    done.with_context(failed)
 }

@@ -49,7 +49,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
             d.metres_per_degree[0], d.metres_per_degree[1]
         ));
     }
-    if !grid.georeference.georeferenced {
+    if !grid.georeference.georeferenced && grid.format != "procedural" && !args.read.has_spacing() {
         notes.push(
             "no georeference: the south-west sample is the origin; --spacing gives metres between samples"
                 .into(),
@@ -75,16 +75,13 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
         super::print(&serde_json::to_string_pretty(&info)?)?;
         return Ok(Outcome::Done);
     }
-    let figure = |v: Option<f64>| v.map_or("none: all void".into(), |v| format!("{v}"));
     let registration = if grid.georeference.pixel_is_point { "pixel is point" } else { "pixel is area" };
     super::print(&format!("format     {} {}", info.format, info.dtype))?;
     super::print(&format!("size       {} x {} samples", info.width, info.height))?;
-    super::print(&format!(
-        "heights    {} .. {} m, mean {}",
-        figure(info.min.map(f64::from)),
-        figure(info.max.map(f64::from)),
-        figure(info.mean)
-    ))?;
+    match stats {
+        Some((min, max, mean)) => super::print(&format!("heights    {min} .. {max} m, mean {mean:.3}"))?,
+        None => super::print("heights    none: every sample is void")?,
+    }
     super::print(&format!("voids      {}", info.void_count))?;
     super::print(&format!("spacing    {} x {} m", info.spacing_m[0], info.spacing_m[1]))?;
     super::print(&format!("crs        {} ({registration})", info.crs.as_deref().unwrap_or("none")))?;

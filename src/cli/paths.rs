@@ -107,16 +107,22 @@ fn named(name: &str, terrain: &Terrain) -> Vec<Key> {
 }
 
 fn read_csv(file: &str, terrain: &Terrain) -> anyhow::Result<Vec<Key>> {
-    let mut reader = csv::Reader::from_path(file).with_context(|| {
+    let mut builder = csv::ReaderBuilder::new();
+    builder.trim(csv::Trim::All).comment(Some(b'#'));
+    let mut reader = builder.from_path(file).with_context(|| {
         format!("{file}: neither a path file that can be read nor one of {}", NAMES.join(", "))
     })?;
     let mut keys: Vec<Key> = Vec::new();
-    for (ix, row) in reader.deserialize().enumerate() {
-        let line = ix + 2;
-        let mut key: Key =
-            row.with_context(|| format!("{file}: line {line}: expected the columns t,x,y,z,yaw,pitch"))?;
-        if [key.t, key.x, key.y, key.z, key.yaw, key.pitch].iter().any(|v| !v.is_finite()) {
-            bail!("{file}: line {line}: every number must be finite");
+    let headers = reader.headers().with_context(|| format!("{file}: line 1"))?.clone();
+    for record in reader.records() {
+        let record = record.with_context(|| file.to_string())?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let Ok(mut key) = record.deserialize::<Key>(Some(&headers)) else {
+            bail!("{file}: line {line}: expected six numbers under the header t,x,y,z,yaw,pitch");
+        };
+        let numbers = [key.t, key.x, key.y, key.z, key.yaw, key.pitch];
+        if numbers.iter().any(|v| v.is_nan() || v.abs() > Camera::FARTHEST_M) {
+            bail!("{file}: line {line}: every number must be finite and at most 1e15");
         }
         if keys.last().is_some_and(|last| key.t <= last.t) {
             bail!("{file}: line {line}: t must grow from line to line");

@@ -34,6 +34,16 @@ pub enum GpuError {
         /// The limit.
         most: u64,
     },
+    /// A picture side of zero or beyond the device's textures.
+    #[error("a picture of {width} x {height} pixels cannot be drawn here: each side must be 1 to {most}")]
+    PictureSize {
+        /// Width asked for.
+        width: u32,
+        /// Height asked for.
+        height: u32,
+        /// Largest side.
+        most: u32,
+    },
     /// The device was lost or failed while its results were read.
     #[error("the GPU did not give its results back: {reason}")]
     Readback {

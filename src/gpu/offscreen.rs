@@ -26,14 +26,9 @@ impl Offscreen {
     /// When a side is zero or larger than the device allows.
     pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Result<Self, GpuError> {
         let most = device.limits().max_texture_dimension_2d;
-        let bytes_most = device.limits().max_buffer_size;
-        let side = size[0].max(size[1]);
-        if size.contains(&0) || side > most {
-            return Err(GpuError::TooLarge { what: "picture side", bytes: side.into(), most: most.into() });
-        }
         let bytes = u64::from(size[0] * 4).next_multiple_of(256) * u64::from(size[1]);
-        if bytes > bytes_most {
-            return Err(GpuError::TooLarge { what: "picture", bytes, most: bytes_most });
+        if size.contains(&0) || size[0].max(size[1]) > most || bytes > device.limits().max_buffer_size {
+            return Err(GpuError::PictureSize { width: size[0], height: size[1], most });
         }
         let make = |label, format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {

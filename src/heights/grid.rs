@@ -47,18 +47,24 @@ impl Default for ReadOptions {
     }
 }
 
+/// Distances between samples that f32 positions and their squares can hold.
+pub(crate) const SPACING_M: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
+
+/// Largest scale, offset and amplitude: what is asked for must never overflow into a void in silence.
+pub(crate) const MOST_M: f64 = 1e12;
+
 impl ReadOptions {
     /// Refuses numbers that would give an unusable grid (`BadOption`).
     pub(crate) fn check(&self) -> Result<(), HeightError> {
         let bad = |name, value, expected| Err(HeightError::BadOption { name, value, expected });
         match (self.spacing_m, self.z_scale, self.z_offset) {
-            (Some(s), _, _) if !(s.is_finite() && s > 0.0) => {
-                bad("spacing", s, "a positive number of metres")
+            (Some(s), _, _) if !SPACING_M.contains(&s) => bad("spacing", s, "metres from 1e-6 to 1e9"),
+            (_, Some(z), _) if z == 0.0 || z.is_nan() || z.abs() > MOST_M => {
+                bad("z_scale", z, "a number other than 0, at most 1e12 in magnitude")
             }
-            (_, Some(z), _) if !(z.is_finite() && z != 0.0) => {
-                bad("z_scale", z, "a finite number other than 0")
+            (_, _, Some(o)) if o.is_nan() || o.abs() > MOST_M => {
+                bad("z_offset", o, "metres, at most 1e12 in magnitude")
             }
-            (_, _, Some(o)) if !o.is_finite() => bad("z_offset", o, "a finite number of metres"),
             _ => Ok(()),
         }
     }

@@ -92,8 +92,18 @@ impl Procedural {
         };
         let mut made = Self::new(kind);
         made.spacing_m = options.spacing_m.unwrap_or(made.spacing_m);
+        let mut seen = Vec::new();
         for item in query.split('&').filter(|i| !i.is_empty()) {
             let (key, value) = item.split_once('=').unwrap_or((item, ""));
+            if seen.contains(&key) {
+                return Err(HeightError::BadParameter {
+                    kind: kind.name(),
+                    name: super::error::one_line(key),
+                    value: super::error::one_line(value),
+                    expected: "each parameter once",
+                });
+            }
+            seen.push(key);
             made.set(key, value)?;
         }
         made.check(options)?;
@@ -123,7 +133,13 @@ impl Procedural {
             "width" => self.width = count()?,
             "height" => self.height = count()?,
             "spacing" => self.spacing_m = number("a positive number of metres", true)?,
-            "amp" => self.amp = number("a finite number", false)?,
+            "amp" => {
+                let expected = "a number of at most 1e12 in magnitude";
+                self.amp = number(expected, false)?;
+                if self.amp.abs() > super::grid::MOST_M {
+                    return Err(bad(expected));
+                }
+            }
             _ => {
                 return Err(HeightError::UnknownParameter {
                     kind,
@@ -139,11 +155,11 @@ impl Procedural {
     fn check(&self, options: &ReadOptions) -> Result<usize, HeightError> {
         let subject = format!("procedural:{}", self.kind.name());
         let (width, height) = (self.width as u64, self.height as u64);
-        if !(self.spacing_m.is_finite() && self.spacing_m > 0.0) {
+        if !super::grid::SPACING_M.contains(&self.spacing_m) {
             return Err(HeightError::BadOption {
                 name: "spacing",
                 value: self.spacing_m,
-                expected: "a positive number of metres",
+                expected: "metres from 1e-6 to 1e9",
             });
         }
         alloc::sample_count(&subject, width, height, options.max_samples)

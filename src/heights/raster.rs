@@ -148,8 +148,8 @@ impl Raster {
                 (georeference, [west * mx, south * my], [step[0] * mx, step[1] * my])
             }
         };
-        let usable =
-            origin_m.iter().all(|v| v.is_finite()) && spacing_m.iter().all(|&v| v.is_finite() && v > 0.0);
+        let usable = origin_m.iter().all(|v| v.is_finite())
+            && spacing_m.iter().all(|v| super::grid::SPACING_M.contains(v));
         if !usable {
             let detail = format!("spacing {spacing_m:?} m at {origin_m:?} m");
             return Err(HeightError::malformed(path, format, detail));

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::{Faults, Mesh, check_mesh, crack_pixels};
+use super::{Faults, Mesh, check_mesh, enclosed_pixels, sees_below};
 use crate::camera::Camera;
-use crate::clipmap::{ClipmapShape, Windows};
+use crate::clipmap::{ClipmapShape, Rect, Windows};
 use crate::gpu::{Gpu, GpuMesh, Offscreen, PatchRecord};
 use crate::heights::HeightGrid;
 use crate::pyramid::{Prefilter, SampleSource, VOID};
@@ -101,7 +101,6 @@ pub fn check_twin(terrain: &Terrain, effort: Effort) -> Vec<CheckRow> {
         let mut row = CheckRow::new(format!("1-2 cover and conforming, CPU twin, n = {n}"), "faults", 0.0);
         let lattice = terrain.source.lattice();
         let Ok(shape) = ClipmapShape::covering(n, lattice) else { continue };
-        let parities = if n > 31 { parities / 8 } else { parities };
         for (k, centre) in camera_centres(lattice.last, parities, random).into_iter().enumerate() {
             // Finest levels drop out with height; the rule must hold for each of them as the finest.
             let finest = if k % 4 == 3 { 1 } else { 0 };
@@ -148,7 +147,7 @@ impl SampleSource for NoVoids {
     fn has_voids(&self) -> bool {
         false
     }
-    fn read(&self, level: u32, rect: crate::clipmap::Rect, out: &mut Vec<f32>) {
+    fn read(&self, level: u32, rect: Rect, out: &mut Vec<f32>) {
         let from = out.len();
         self.0.read(level, rect, out);
         for h in &mut out[from..] {
@@ -171,7 +170,7 @@ pub fn check_gpu(gpu: &Gpu, grid: &HeightGrid, effort: Effort) -> Result<Vec<Che
     // The low-pass filter makes levels disagree: a vertex that takes the wrong level's height shows.
     let terrain = Terrain::new(&whole, Prefilter::LowPass);
     let sizes: &[u32] = if effort == Effort::Full { &[15, 63, 255, 511] } else { &[63] };
-    let (parities, random) = if effort == Effort::Full { (16, 6) } else { (4, 1) };
+    let (parities, random) = if effort == Effort::Full { (64, 6) } else { (4, 1) };
     let mut rows = Vec::new();
     for &n in sizes {
         let mut whole_mesh =
@@ -191,7 +190,11 @@ pub fn check_gpu(gpu: &Gpu, grid: &HeightGrid, effort: Effort) -> Result<Vec<Che
             let mut all = make(&scene)?;
             let mut seen = make(&Scene { cull: true, ..scene.clone() })?;
             let target = Offscreen::new(&gpu.device, [64, 64])?;
-            let parities = if n > 255 { 2 } else { parities };
+            let parities = match n {
+                256.. => parities.min(2),
+                64.. => parities.min(16),
+                _ => parities,
+            };
             for (k, centre) in
                 camera_centres(terrain.source.lattice().last, parities, random).iter().enumerate()
             {
@@ -224,6 +227,9 @@ pub fn check_gpu(gpu: &Gpu, grid: &HeightGrid, effort: Effort) -> Result<Vec<Che
         rows.extend([whole_mesh, finer, history, sane, culled, twin]);
     }
     rows.push(check_silhouette(gpu, &terrain, effort)?);
+    if grid.void_count() > 0 {
+        rows.push(check_voids(gpu, grid, effort)?);
+    }
     Ok(rows)
 }
 
@@ -231,7 +237,13 @@ pub fn check_gpu(gpu: &Gpu, grid: &HeightGrid, effort: Effort) -> Result<Vec<Che
 fn camera_at(terrain: &Terrain, centre: [f64; 2], k: usize) -> Camera {
     let x = terrain.origin_m[0] + centre[0] * terrain.spacing_m[0];
     let y = terrain.origin_m[1] + centre[1] * terrain.spacing_m[1];
-    let ground = terrain.ground_height_m(x, y).map_or(0.0, f64::from);
+    // Over the highest sample around: between steep samples the surface may rise above the nearest one.
+    let middle = centre.map(|c| c.clamp(-16.0, 1e9) as i32);
+    let around = Rect { lo: middle.map(|v| v - 4), hi: middle.map(|v| v + 5) };
+    let mut near = Vec::new();
+    terrain.source.read(0, around.intersect(terrain.source.lattice().domain()), &mut near);
+    let highest = near.into_iter().filter(|h| *h != VOID).reduce(f32::max);
+    let ground = highest.or_else(|| terrain.ground_height_m(x, y)).map_or(0.0, f64::from);
     let spacing = terrain.spacing_m[0].max(terrain.spacing_m[1]);
     let above = spacing * [2.0, 20.0, 300.0][k % 3];
     Camera {
@@ -386,6 +398,45 @@ fn differing_bytes(a: &GpuMesh, b: &GpuMesh) -> usize {
     a.len().abs_diff(b.len()) + a.iter().zip(&b).filter(|(x, y)| x != y).count()
 }
 
+/// Data with voids: the GPU draws exactly the twin's triangles that touch no void sample.
+fn check_voids(gpu: &Gpu, grid: &HeightGrid, effort: Effort) -> Result<CheckRow, RenderError> {
+    let mut row = CheckRow::new("voids: all triangles but those that touch a void", "triangles", 0.0);
+    let terrain = Terrain::new(grid, Prefilter::Subsample);
+    let scene = Scene { n: 63, cull: false, ..Scene::default() };
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, &scene)?;
+    let target = Offscreen::new(&gpu.device, [64, 64])?;
+    let random = if effort == Effort::Full { 16 } else { 3 };
+    for (k, centre) in camera_centres(terrain.source.lattice().last, 2, random).iter().enumerate() {
+        draw(gpu, &mut renderer, &target, &camera_at(&terrain, *centre, k))?;
+        let gpu_mesh = renderer.read_mesh()?;
+        let Some(placement) = renderer.placement() else { continue };
+        let all: Vec<Patch> = patches(&placement.windows).into_iter().map(|(_, p)| p).collect();
+        let twin = Mesh::from_twin(placement, terrain.source.as_ref(), &all, gpu_mesh.anchor_m);
+        let wanted = sorted_triangles(&twin);
+        let got = sorted_triangles(&Mesh::from_gpu(&gpu_mesh));
+        let differing = wanted.iter().zip(&got).filter(|(a, b)| a != b).count();
+        row.add((differing + wanted.len().abs_diff(got.len())) as f64);
+    }
+    Ok(row)
+}
+
+/// Triangles by the bits of their corners, in an order of their own.
+#[must_use]
+pub fn sorted_triangles(mesh: &Mesh) -> Vec<[[u64; 3]; 3]> {
+    let mut all: Vec<_> = mesh
+        .triangles
+        .iter()
+        .map(|t| {
+            let mut corners = t.map(|ix| mesh.vertices[ix as usize].map(f64::to_bits));
+            let least = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
+            corners.rotate_left(least);
+            corners
+        })
+        .collect();
+    all.sort_unstable();
+    all
+}
+
 /// Invariant 6: over a path across the terrain, no pixel of clear colour inside the silhouette.
 fn check_silhouette(gpu: &Gpu, terrain: &Terrain, effort: Effort) -> Result<CheckRow, RenderError> {
     let mut row = CheckRow::new("6 no clear colour inside the silhouette", "pixels", 0.0);
@@ -399,7 +450,16 @@ fn check_silhouette(gpu: &Gpu, terrain: &Terrain, effort: Effort) -> Result<Chec
         let camera = camera_at(terrain, [last[0] * (0.1 + 0.8 * t), last[1] * (0.2 + 0.6 * t)], k as usize);
         draw(gpu, &mut renderer, &target, &camera)?;
         let picture = target.read_rgba(&gpu.device, &gpu.queue)?;
-        row.add(crack_pixels(&picture, target.size, [255, 0, 255]) as f64);
+        let suspects = enclosed_pixels(&picture, target.size, [255, 0, 255]);
+        let Some(placement) = renderer.placement().filter(|_| !suspects.is_empty()) else {
+            row.add(0.0);
+            continue;
+        };
+        let all: Vec<Patch> = patches(&placement.windows).into_iter().map(|(_, p)| p).collect();
+        let anchor_m = renderer.read_mesh()?.anchor_m;
+        let mesh = Mesh::from_twin(placement, terrain.source.as_ref(), &all, anchor_m);
+        let below = |p: &&[u32; 2]| sees_below(&mesh, camera.eye_m, camera.ray(**p, target.size));
+        row.add(suspects.iter().filter(below).count() as f64);
     }
     Ok(row)
 }

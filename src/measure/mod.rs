@@ -8,7 +8,7 @@ mod mesh;
 mod upload;
 mod watertight;
 
-pub use cracks::crack_pixels;
+pub use cracks::{enclosed_pixels, sees_below};
 pub use environment::Environment;
 pub use frames::{FrameStatistics, percentile};
 pub use mesh::Mesh;

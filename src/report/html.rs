@@ -24,7 +24,7 @@ pub fn write_html(path: &Path, report: &Report) -> Result<(), ReportError> {
     let plots = plots(report);
     let page =
         template.render(context! { plots, ..Value::from(minijinja::value::Serde(report)) }).map_err(made)?;
-    std::fs::write(path, page).map_err(|source| ReportError::Write { path: path.into(), source })
+    std::fs::write(path, page).map_err(|reason| ReportError::Write { path: path.into(), reason })
 }
 
 /// Frame time along the path, then upload a frame.

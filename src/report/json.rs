@@ -12,12 +12,12 @@ use crate::plan::Plan;
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// The file system refused.
-    #[error("{}: cannot be written: {source}; choose another --report or --out directory", path.display())]
+    #[error("{}: cannot be written: {reason}; choose another --report or --out directory", path.display())]
     Write {
         /// File or directory.
         path: PathBuf,
         /// Why.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
     /// Building the text failed.
     #[error("{file} of the report cannot be made: {reason}")]
@@ -175,7 +175,7 @@ pub struct Report {
 /// # Errors
 /// When the directory or a file cannot be written.
 pub fn write_report(dir: &Path, report: &Report) -> Result<(), ReportError> {
-    let fail = |path: &Path, source| ReportError::Write { path: path.into(), source };
+    let fail = |path: &Path, reason| ReportError::Write { path: path.into(), reason };
     std::fs::create_dir_all(dir).map_err(|e| fail(dir, e))?;
     let json = serde_json::to_string_pretty(report)
         .map_err(|e| ReportError::Make { file: "report.json", reason: e.to_string() })?;
