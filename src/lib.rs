@@ -15,6 +15,26 @@
 //!
 //! Draw into your own device in four steps: open a terrain, make a [`Renderer`], `prepare` a camera,
 //! `record` into your encoder; `examples/embed.rs` is the whole of it.
+//!
+//! ```no_run
+//! use tessclip::heights::ReadOptions;
+//! use tessclip::{Camera, Prefilter, Renderer, Scene, Target, Terrain, open_terrain};
+//!
+//! # fn frame(
+//! #     device: &wgpu::Device, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder,
+//! #     color: &wgpu::TextureView, depth: &wgpu::TextureView, size: [u32; 2],
+//! # ) -> Result<(), Box<dyn std::error::Error>> {
+//! let grid = open_terrain("procedural:mountains", &ReadOptions::default())?;
+//! let terrain = Terrain::new(&grid, Prefilter::default());
+//! let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+//! let mut renderer = Renderer::new(device, queue, format, &terrain, &Scene::default())?;
+//! let eye_m = glam::DVec3::new(15_000.0, 2_000.0, 3_500.0);
+//! let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -15.0, fov_deg: 60.0 };
+//! let upload = renderer.prepare(&camera, size)?;
+//! renderer.record(encoder, Target { color, depth, clear: true });
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod camera;
 pub mod clipmap;

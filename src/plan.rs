@@ -20,6 +20,8 @@ pub struct LeftOut {
 pub struct Plan {
     /// Passes of a frame in order; the first two run only when a window moved.
     pub passes: Vec<&'static str>,
+    /// Native features in use beyond default WebGPU; everything works without them.
+    pub native_extras: Vec<&'static str>,
     /// What is left out.
     pub left_out: Vec<LeftOut>,
     #[serde(skip)]
@@ -52,6 +54,7 @@ impl Plan {
         leave(scene.cull, "frustum culling", "switched off: every patch is drawn");
         leave(timestamps, "per-pass times", "the adapter has no timestamp queries; gpu_ms is null");
         let passes = crate::gpu::shader_sources().iter().map(|s| s.stem).collect();
-        Self { passes, left_out, variant: Variant { has_voids, morph: scene.morph } }
+        let native_extras = if timestamps { vec!["timestamp-query"] } else { Vec::new() };
+        Self { passes, native_extras, left_out, variant: Variant { has_voids, morph: scene.morph } }
     }
 }

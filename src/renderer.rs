@@ -16,7 +16,7 @@ use crate::gpu::passes::{
 use crate::gpu::{Buffers, Capacity, Counters, GpuError, GpuFrame, GpuMesh, PatchRecord, read_buffer};
 use crate::measure::FrameUpload;
 use crate::plan::Plan;
-use crate::pyramid::{SampleSource, VOID};
+use crate::pyramid::SampleSource;
 use crate::quads::slots_per_level;
 use crate::reference::{Frustum, Placement};
 use crate::scene::{Scene, Terrain};
@@ -581,7 +581,16 @@ impl Renderer {
             &self.buffers.samples,
             usize::try_from(count).unwrap_or(0),
         )?;
-        debug_assert!(samples.iter().all(|h| h.is_finite() && *h <= VOID));
         Ok(samples)
+    }
+
+    /// Lowest and highest height of every block of 16 x 16 cells as the GPU keeps them,
+    /// `((n + 1) / 8)^2` a level, toroidal; for tests.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn read_block_bounds(&self) -> Result<Vec<[f32; 2]>, GpuError> {
+        let count = usize::try_from(self.buffers.block_bounds.size() / 8).unwrap_or(0);
+        read_buffer(&self.device, &self.queue, &self.buffers.block_bounds, count)
     }
 }

@@ -21,8 +21,8 @@ struct Case {
     mesh: GpuMesh,
 }
 
-fn case() -> Option<Case> {
-    let gpu = common::gpu()?;
+fn case() -> Case {
+    let gpu = common::gpu();
     let terrain =
         Terrain::new(&common::terrain("procedural:mountains?width=203&height=150"), Prefilter::LowPass);
     let scene = Scene { n: 31, cull: false, ..Scene::default() };
@@ -34,7 +34,7 @@ fn case() -> Option<Case> {
     draw(&gpu, &mut renderer, &target, &Camera { eye_m, yaw_deg: 0.0, pitch_deg: 0.0, fov_deg: 60.0 })
         .expect("drawn");
     let placement = renderer.placement().expect("prepared").clone();
-    Some(Case { placement, mesh: renderer.read_mesh().expect("read"), terrain })
+    Case { placement, mesh: renderer.read_mesh().expect("read"), terrain }
 }
 
 impl Case {
@@ -46,8 +46,9 @@ impl Case {
 }
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn a_whole_mesh_passes_and_each_fault_is_caught() {
-    let Some(case) = case() else { return };
+    let case = case();
     assert!(case.faults(|_| ()).none(), "{:?}", case.faults(|_| ()));
 
     let inner = case.mesh.patches[case.mesh.patches.len() / 2];
@@ -69,8 +70,9 @@ fn a_whole_mesh_passes_and_each_fault_is_caught() {
 }
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn a_wrong_outer_factor_is_caught() {
-    let Some(case) = case() else { return };
+    let case = case();
     let windows = &case.placement.windows;
     let good: Vec<Patch> = patches(windows).into_iter().map(|(_, p)| p).collect();
     let domain = windows.domain();
@@ -101,8 +103,9 @@ fn a_row_fails_beyond_its_bound_and_on_nan() {
 }
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn holes_leave_the_rest_of_the_mesh_conforming() {
-    let Some(gpu) = common::gpu() else { return };
+    let gpu = common::gpu();
     let mut grid = common::terrain("procedural:mountains?width=203&height=150");
     let mut valid = vec![true; grid.width * grid.height];
     for (x, y) in [(100, 75), (101, 75), (102, 80), (0, 0), (202, 149), (60, 20)] {
@@ -128,8 +131,9 @@ fn holes_leave_the_rest_of_the_mesh_conforming() {
 }
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn a_brief_check_of_a_cliff_holds() {
-    let Some(gpu) = common::gpu() else { return };
+    let gpu = common::gpu();
     for spec in ["procedural:cliff?width=90&height=40", "procedural:checkerboard?size=70&amp=1000000"] {
         for row in check_gpu(&gpu, &common::terrain(spec), Effort::Brief).expect("drawable") {
             assert!(row.pass, "{spec}: {row:?}");

@@ -78,10 +78,9 @@ fn bad_input_is_refused_in_one_line() {
 }
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn rendering_twice_gives_the_same_bytes_and_mesh_is_valid_ply() {
-    if common::gpu().is_none() {
-        return;
-    }
+    common::gpu();
     let dir = TempDir::new().expect("a folder");
     let file = |name: &str| dir.path().join(name).to_str().expect("text").to_string();
     for name in ["a.png", "b.png"] {
@@ -133,10 +132,9 @@ fn rendering_twice_gives_the_same_bytes_and_mesh_is_valid_ply() {
 }
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn a_flight_writes_a_report_that_says_what_it_is() {
-    if common::gpu().is_none() {
-        return;
-    }
+    common::gpu();
     let dir = TempDir::new().expect("a folder");
     let path = dir.path().join("path.csv");
     std::fs::write(&path, "t,x,y,z,yaw,pitch\n0,100,100,900,0,-10\n1,3000,3000,900,350,-10\n")
@@ -177,10 +175,9 @@ fn info_tells_what_the_catalogue_says() {
 }
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn a_brief_check_holds_and_prints_its_table() {
-    if common::gpu().is_none() {
-        return;
-    }
+    common::gpu();
     let json: serde_json::Value = serde_json::from_str(&stdout(&[
         "check",
         "procedural:spikes?width=97&height=150",

@@ -14,8 +14,9 @@ use tessclip::measure::invariants::draw;
 use tessclip::{Camera, Prefilter, Renderer, Scene, Terrain};
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn too_little_room_is_reported_and_grows_to_the_same_mesh() {
-    let Some(gpu) = common::gpu() else { return };
+    let gpu = common::gpu();
     let terrain = Terrain::new(&common::terrain("procedural:dunes?size=257"), Prefilter::Subsample);
     let scene = Scene { n: 63, cull: false, ..Scene::default() };
     let target = Offscreen::new(&gpu.device, [64, 64]).expect("small");
@@ -47,8 +48,9 @@ fn too_little_room_is_reported_and_grows_to_the_same_mesh() {
 }
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn a_frame_that_is_prepared_and_never_recorded_loses_nothing() {
-    let Some(gpu) = common::gpu() else { return };
+    let gpu = common::gpu();
     let terrain = Terrain::new(&common::terrain("procedural:dunes?size=257"), Prefilter::Subsample);
     let scene = Scene { n: 31, cull: false, ..Scene::default() };
     let target = Offscreen::new(&gpu.device, [64, 64]).expect("small");
@@ -73,8 +75,9 @@ fn a_frame_that_is_prepared_and_never_recorded_loses_nothing() {
 }
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn standing_still_uploads_no_control_data_and_a_shift_at_most_64_bytes_a_level() {
-    let Some(gpu) = common::gpu() else { return };
+    let gpu = common::gpu();
     let terrain = Terrain::new(&common::terrain("procedural:mountains?size=513"), Prefilter::Subsample);
     let scene = Scene { n: 31, ..Scene::default() };
     let target = Offscreen::new(&gpu.device, [64, 64]).expect("small");

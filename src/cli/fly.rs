@@ -135,9 +135,10 @@ impl Flight<'_> {
                 height_bytes: upload.height_bytes,
                 shifts: upload.shifts,
                 patches: counters.expand_x,
+                vertices: counters.vertices_needed,
                 triangles: counters.index_count / 3,
             });
-            report.rows.last().inspect(|_| bar.inc(1));
+            bar.inc(1);
         }
         bar.finish_and_clear();
         let shape = renderer.shape();
@@ -201,8 +202,7 @@ impl Flight<'_> {
             geometry: Geometry {
                 control_points,
                 patches_p50: FrameStatistics::of(&of(|r| f64::from(r.patches))).p50,
-                // Every patch's grid, from the triangles drawn: counted on the GPU, read after each frame.
-                vertices_p50: None,
+                vertices_p50: FrameStatistics::of(&of(|r| f64::from(r.vertices))).p50,
                 triangles_p50: triangles.p50,
                 triangles_max: triangles.max,
                 dropped_patches,

@@ -129,9 +129,3 @@ impl Gpu {
         format!("{} ({:?}, {} {})", i.name, i.backend, i.driver, i.driver_info)
     }
 }
-
-/// True when TESSCLIP_NO_GPU=1 says that tests may do without an adapter.
-#[must_use]
-pub fn no_gpu_allowed() -> bool {
-    std::env::var("TESSCLIP_NO_GPU").is_ok_and(|v| v == "1")
-}

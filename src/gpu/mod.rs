@@ -10,7 +10,7 @@ mod readback;
 mod shaders;
 
 pub use buffers::{Buffers, Capacity};
-pub use device::{Gpu, GpuError, no_gpu_allowed};
+pub use device::{Gpu, GpuError};
 pub use layouts::{Counters, GpuControlQuad, GpuFrame, PatchRecord};
 pub use offscreen::Offscreen;
 pub use readback::{GpuMesh, read_buffer};

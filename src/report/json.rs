@@ -144,6 +144,8 @@ pub struct FrameRow {
     pub shifts: u64,
     /// Patches drawn.
     pub patches: u32,
+    /// Vertices expanded.
+    pub vertices: u32,
     /// Triangles drawn.
     pub triangles: u32,
 }
