@@ -197,17 +197,41 @@ fn expand_cell(work: ptr<function, Work>, cell: vec2<u32>) {
     }
 }
 
+// Extra vertices of the divided sides. A function of its own, as is the next: unpacking the spans costs
+// as much as a quarter of a patch, and most patches have none.
+fn expand_extras(record: PatchRecord, thread: u32, tag: u32) {
+    var work = unpack(record);
+    let first = record.first_vertex + (work.w + 1u) * (work.h + 1u);
+    let count = work.spans[3].start + span_count(work.spans[3]);
+    for (var e = thread; e < count; e += 64u) {
+        let base = extra_base(&work, e);
+        put_vertex(first + e, owner_of(work.level, base), base, tag);
+    }
+}
+
+// Cells along the border of a patch with divided sides.
+fn expand_border(record: PatchRecord, thread: u32) {
+    var work = unpack(record);
+    let cells = work.w * work.h;
+    for (var c = thread; c < cells; c += 64u) {
+        let cell = vec2<u32>(c % work.w, c / work.w);
+        if any(cell == vec2<u32>(0u)) || any(cell + vec2<u32>(1u) == vec2<u32>(work.w, work.h)) {
+            expand_cell(&work, cell);
+        }
+    }
+}
+
 @compute @workgroup_size(64)
 fn expand_patches(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
     let record = patches[visible_slots[group.x]];
-    var work = unpack(record);
-    let w = work.w;
-    let h = work.h;
-    let level = work.level;
+    let w = record.shape & 0xffu;
+    let h = (record.shape >> 8u) & 0xffu;
+    let level = (record.shape >> 16u) & 0xffu;
     let tag = (level << 24u) | ((record.shape >> 24u) << 29u);
+    let divided = (record.outer_sn | record.outer_we) != 0u;
     // Only patches that touch the finer window have vertices which that one owns.
     let touches = touches_finer(level, record.cell, record.cell + vec2<i32>(vec2<u32>(w, h)));
     let grid = (w + 1u) * (h + 1u);
@@ -221,10 +245,8 @@ fn expand_patches(
         }
         put_vertex(record.first_vertex + v, owner, base, tag);
     }
-    let extra_count = work.spans[3].start + span_count(work.spans[3]);
-    for (var e = thread; e < extra_count; e += 64u) {
-        let base = extra_base(&work, e);
-        put_vertex(record.first_vertex + grid + e, owner_of(level, base), base, tag);
+    if divided {
+        expand_extras(record, thread, tag);
     }
     if HAS_VOIDS {
         storageBarrier();
@@ -234,12 +256,14 @@ fn expand_patches(
     for (var c = thread; c < cells; c += 64u) {
         let y = quotient(c, per_cell_row);
         let x = c - y * w;
-        if extra_count > 0u && (x == 0u || y == 0u || x + 1u == w || y + 1u == h) {
-            expand_cell(&work, vec2<u32>(x, y));
-        } else {
-            let sw = y * (w + 1u) + x;
-            put_triangle(record.first_vertex, record.first_index + c * 6u, sw, sw + 1u, sw + w + 1u);
-            put_triangle(record.first_vertex, record.first_index + c * 6u + 3u, sw + 1u, sw + w + 2u, sw + w + 1u);
+        if divided && (x == 0u || y == 0u || x + 1u == w || y + 1u == h) {
+            continue;
         }
+        let sw = y * (w + 1u) + x;
+        put_triangle(record.first_vertex, record.first_index + c * 6u, sw, sw + 1u, sw + w + 1u);
+        put_triangle(record.first_vertex, record.first_index + c * 6u + 3u, sw + 1u, sw + w + 2u, sw + w + 1u);
+    }
+    if divided {
+        expand_border(record, thread);
     }
 }
