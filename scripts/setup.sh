@@ -17,11 +17,27 @@ esac
 
 need=""
 command -v cc >/dev/null 2>&1 || need="$need gcc libc6-dev" # zstd is C, and Rust links with cc
-# A Vulkan driver announces itself by a file in one of these folders.
+# A Vulkan driver announces itself by a file in one of these folders, or by a variable. Drivers for hardware
+# that is not there give no adapter: without any, only the software driver (lvp) counts.
 has_driver() {
-  ls /usr/share/vulkan/icd.d/*.json /etc/vulkan/icd.d/*.json >/dev/null 2>&1 || [ -n "${VK_ICD_FILENAMES:-}${VK_DRIVER_FILES:-}" ]
+  [ -n "${VK_ICD_FILENAMES:-}${VK_DRIVER_FILES:-}" ] && return 0
+  wanted="lvp_icd"
+  for device in /dev/dri/renderD* /dev/nvidia0 /dev/dxg; do
+    [ -e "$device" ] && wanted=""
+  done
+  for folder in /usr/share /usr/local/share /etc; do
+    for file in "$folder"/vulkan/icd.d/"$wanted"*.json; do
+      [ -e "$file" ] && return 0
+    done
+  done
+  return 1
 }
-has_loader() { ldconfig -p 2>/dev/null | grep -q 'libvulkan\.so\.1' || ls /usr/lib/*/libvulkan.so.1 >/dev/null 2>&1; }
+has_loader() {
+  for file in /usr/lib/libvulkan.so.1 /usr/lib64/libvulkan.so.1 /usr/lib/*/libvulkan.so.1 /usr/local/lib/libvulkan.so.1; do
+    [ -e "$file" ] && return 0
+  done
+  return 1
+}
 has_driver || need="$need mesa-vulkan-drivers"
 has_loader || need="$need libvulkan1"
 [ -z "$need" ] && exit 0
