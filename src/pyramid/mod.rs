@@ -12,7 +12,7 @@ pub use prefilter::Prefilter;
 use crate::clipmap::{Lattice, Rect};
 
 /// Stands for a void sample wherever samples are packed for the GPU: finite, so that no buffer ever
-/// holds a NaN, and no height: readers refuse elevations of this size.
+/// holds a NaN. A sample of exactly this value counts as void, whatever its mask says.
 pub const VOID: f32 = f32::MAX;
 
 /// Heights by level and rectangle.
