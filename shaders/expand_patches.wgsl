@@ -197,8 +197,8 @@ fn expand_cell(work: ptr<function, Work>, cell: vec2<u32>) {
     }
 }
 
-// Extra vertices of the divided sides. A function of its own, as is the next: unpacking the spans costs
-// as much as a quarter of a patch, and most patches have none.
+// Extra vertices of the divided sides. A function of its own, as is the next: most patches have no divided
+// side and never unpack any span.
 fn expand_extras(record: PatchRecord, thread: u32, tag: u32) {
     var work = unpack(record);
     let first = record.first_vertex + (work.w + 1u) * (work.h + 1u);
