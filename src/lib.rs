@@ -4,6 +4,7 @@
 //!
 //! ```text
 //! heights    a DEM or a procedural terrain      -> HeightGrid
+//! surface    chart (u, v, h) <-> position       (f64: plane, ellipsoid, cylinder, torus, sampled)
 //! pyramid    HeightGrid                         -> levels, read by rectangles
 //! clipmap    camera                             -> windows, refill strips       (pure, integer)
 //! quads      windows                            -> control quads, patches, factors
@@ -50,6 +51,7 @@ pub mod renderer;
 pub mod report;
 pub mod rivals;
 pub mod scene;
+pub mod surface;
 
 pub use camera::Camera;
 pub use heights::{HeightGrid, open_terrain};

@@ -5,10 +5,12 @@
 //! Clipmaps*, 2005 (finite data, section 3.4); Song et al., *Geometry Clipmaps Terrain Rendering
 //! Using Hardware Tessellation*, 2016 (section 3).
 
+mod charts;
 mod lattice;
 mod refill;
 mod windows;
 
+pub use charts::{Chart, ChartGraph, ChartWindows, MAX_CHARTS, Neighbour, Node, Side, thirds};
 pub use lattice::{Lattice, Rect};
 pub use refill::{Refill, Strip, height_bound, refill_strips};
 pub use windows::{ClipmapError, ClipmapShape, LPosition, MAX_LEVELS, Windows};

@@ -35,9 +35,9 @@ impl Refill {
 pub fn refill_strips(old: Option<&Windows>, new: &Windows) -> Refill {
     let mut refill = Refill::default();
     for level in 0..new.shape.levels() {
-        let now = new.loaded(level);
-        let before = old.map(|o| o.window(level));
-        if before == Some(new.window(level)) {
+        let now = new.held(level);
+        let before = old.filter(|o| !(o.sleeps && level < o.finest)).map(|o| o.window(level));
+        if before == Some(new.window(level)) || (new.sleeps && level < new.finest) {
             continue;
         }
         refill.shifted.push(level);

@@ -26,6 +26,20 @@ pub enum ClipmapError {
         /// The most that the data supports.
         most: u32,
     },
+    /// `n` is too small where charts are glued.
+    #[error("window size n = {n} is too small on this base surface: take 31 or more")]
+    GluedWindowSize {
+        /// What was asked for.
+        n: u32,
+    },
+    /// Too few levels to close the surface.
+    #[error("{levels} levels do not cover this base surface: take {least} or more, or leave --levels out")]
+    GluedLevelCount {
+        /// What was asked for.
+        levels: u32,
+        /// The fewest that do.
+        least: u32,
+    },
 }
 
 /// Window size and level count (Song et al. 2016, section 3.1).
@@ -109,6 +123,11 @@ pub struct Windows {
     pub finest: u32,
     /// Origin of each level's window in that level's own lattice; always even.
     pub origins: Vec<[i32; 2]>,
+    /// True when levels finer than `finest` hold no samples either.
+    pub sleeps: bool,
+    /// Sides (south, north, west, east) beyond which another chart lies: one more node is held there,
+    /// for the normals on the border.
+    pub apron: [bool; 4],
 }
 
 impl Windows {
@@ -136,10 +155,29 @@ impl Windows {
             });
             origins.push(origin);
         }
-        Self { shape, lattice, finest: finest.min(shape.levels() - 1), origins }
+        Self {
+            shape,
+            lattice,
+            finest: finest.min(shape.levels() - 1),
+            origins,
+            sleeps: false,
+            apron: [false; 4],
+        }
     }
 
-    /// The samples level `level` holds: its window where there is data, in its own lattice.
+    /// The samples level `level` keeps: what it draws and the nodes beyond borders with other charts.
+    #[must_use]
+    pub fn held(&self, level: u32) -> Rect {
+        if self.sleeps && level < self.finest {
+            return Rect { lo: [0, 0], hi: [-1, -1] };
+        }
+        let last = self.lattice.last_at(level);
+        let [south, north, west, east] = self.apron.map(i32::from);
+        let all = Rect { lo: [-west, -south], hi: [last[0] + east, last[1] + north] };
+        self.window(level).intersect(all)
+    }
+
+    /// The samples level `level` may draw: its window where there is data, in its own lattice.
     #[must_use]
     pub fn loaded(&self, level: u32) -> Rect {
         self.window(level).intersect(Rect { lo: [0, 0], hi: self.lattice.last_at(level) })

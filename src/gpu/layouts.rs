@@ -93,7 +93,7 @@ impl PatchRecord {
         let [south, north, west, east] = patch.outer.map(span);
         Self {
             cell: patch.rect.lo,
-            shape: w | h << 8 | patch.level << 16 | (patch.kind as u32) << 24,
+            shape: w | h << 8 | patch.level << 16 | (patch.kind as u32) << 24 | patch.chart << 28,
             outer_sn: south | north << 16,
             outer_we: west | east << 16,
             first_vertex: 0,
@@ -106,7 +106,7 @@ impl PatchRecord {
     #[must_use]
     pub fn patch(&self) -> Patch {
         let [w, h] = [self.shape & 0xff, (self.shape >> 8) & 0xff];
-        let kind = match self.shape >> 24 {
+        let kind = match (self.shape >> 24) & 15 {
             0 => BlockKind::M,
             1 => BlockKind::R,
             2 => BlockKind::L,
@@ -118,6 +118,7 @@ impl PatchRecord {
         };
         let hi = [self.cell[0] + w as i32, self.cell[1] + h as i32];
         Patch {
+            chart: self.shape >> 28,
             level: (self.shape >> 16) & 0xff,
             kind,
             rect: Rect { lo: self.cell, hi },

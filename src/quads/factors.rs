@@ -4,7 +4,7 @@
 //! an edge decide alike. Doubling beside the finer window (Song et al. 2016, section 3.3, types I
 //! and II) is its first use; a span may hold any power of two.
 
-use crate::clipmap::{Rect, Windows};
+use crate::clipmap::{ChartWindows, Lattice, Rect, Side, Windows};
 
 /// Cells of one side of a patch whose edge is divided further than the patch's own cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,7 +37,7 @@ impl OuterSpan {
     }
 }
 
-/// Spans of the four sides (south, north, west, east) of the cells `rect` of `level`.
+/// Spans of the four sides (south, north, west, east) of the cells `rect` of `level`, of one chart alone.
 #[must_use]
 pub fn outer_spans(windows: &Windows, level: u32, rect: Rect) -> [OuterSpan; 4] {
     if level <= windows.finest {
@@ -48,22 +48,57 @@ pub fn outer_spans(windows: &Windows, level: u32, rect: Rect) -> [OuterSpan; 4] 
     let lattice = windows.lattice;
     let node = |p: [i32; 2]| lattice.node(level, lattice.base(level - 1, p));
     let ring = Rect { lo: node(fine.lo), hi: node(fine.hi) };
-    let side = |along: usize, line: i32| {
-        let across = 1 - along;
-        let from = rect.lo[along].max(ring.lo[along]);
-        let mut to = rect.hi[along].min(ring.hi[along]);
-        if (line != ring.lo[across] && line != ring.hi[across]) || to <= from {
+    Side::ALL.map(|side| {
+        let (along, across) = (side.along(), 1 - side.along());
+        let line = if side.is_high() { rect.hi[across] } else { rect.lo[across] };
+        if line != ring.lo[across] && line != ring.hi[across] {
             return OuterSpan::default();
         }
-        // The narrow last cell of the data has no node of the finer lattice inside it: not doubled.
-        if ((2 * to - 1) << (level - 1)) >= lattice.last[along] {
-            to -= 1;
+        doubled(lattice, level, along, [rect.lo[along], rect.hi[along]], [ring.lo[along], ring.hi[along]])
+    })
+}
+
+/// As [`outer_spans`], and doubled also where the chart beyond a border draws finer cells. That chart is
+/// never finer by more than one level ([`ChartWindows::place`]), so doubling is enough there, too.
+#[must_use]
+pub fn chart_spans(windows: &ChartWindows, chart: usize, level: u32, rect: Rect) -> [OuterSpan; 4] {
+    let own = &windows.charts[chart];
+    let mut spans = outer_spans(own, level, rect);
+    if level == 0 {
+        return spans;
+    }
+    let last = own.lattice.last_at(level);
+    for side in Side::ALL {
+        let (along, across) = (side.along(), 1 - side.along());
+        let on_border =
+            if side.is_high() { rect.hi[across] == last[across] } else { rect.lo[across] == 0 };
+        if !on_border {
+            continue;
         }
-        let local = |v: i32| u32::try_from(v - rect.lo[along]).unwrap_or_default();
-        if to <= from {
-            return OuterSpan::default();
+        if let Some(interval) = windows.beyond(chart, side, level - 1) {
+            let node = |base: i32| {
+                let mut p = [0, 0];
+                p[along] = base;
+                own.lattice.node(level, p)[along]
+            };
+            spans[side as usize] =
+                doubled(own.lattice, level, along, [rect.lo[along], rect.hi[along]], interval.map(node));
         }
-        OuterSpan { from: local(from), to: local(to), log2: 1 }
-    };
-    [side(0, rect.lo[1]), side(0, rect.hi[1]), side(1, rect.lo[0]), side(1, rect.hi[0])]
+    }
+    spans
+}
+
+/// The span of the cells `cells` (first and last node) that lie on the finer interval `ring`.
+fn doubled(lattice: Lattice, level: u32, along: usize, cells: [i32; 2], ring: [i32; 2]) -> OuterSpan {
+    let from = cells[0].max(ring[0]);
+    let mut to = cells[1].min(ring[1]);
+    // The narrow last cell of the data has no node of the finer lattice inside it: not doubled.
+    if to > from && ((2 * to - 1) << (level - 1)) >= lattice.last[along] {
+        to -= 1;
+    }
+    if to <= from {
+        return OuterSpan::default();
+    }
+    let local = |v: i32| u32::try_from(v - cells[0]).unwrap_or_default();
+    OuterSpan { from: local(from), to: local(to), log2: 1 }
 }

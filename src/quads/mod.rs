@@ -10,5 +10,5 @@ pub use control::{
     BlockKind, CONTROL_POINTS, ControlQuad, FOOTPRINT_POINTS, L_FIRST, L_QUADS, QUADS_PER_LEVEL,
     control_points, control_quads, l_quads,
 };
-pub use factors::{OuterSpan, outer_spans};
-pub use patches::{PATCH_CELLS, Patch, patch_slots, patches, patches_across, slots_per_level};
+pub use factors::{OuterSpan, chart_spans, outer_spans};
+pub use patches::{PATCH_CELLS, Patch, chart_patches, patch_slots, patches, patches_across, slots_per_level};

@@ -1,7 +1,7 @@
 //! Patches: pieces of control quads of at most 16 x 16 cells, clipped to the data.
 
-use super::{BlockKind, ControlQuad, OuterSpan, control_points, control_quads, outer_spans};
-use crate::clipmap::{ClipmapShape, Rect, Windows};
+use super::{BlockKind, ControlQuad, OuterSpan, chart_spans, control_points, control_quads, outer_spans};
+use crate::clipmap::{ChartWindows, ClipmapShape, Rect, Windows};
 
 /// Cells per side of a patch: the unit of culling, expansion and drawing.
 pub const PATCH_CELLS: u32 = 16;
@@ -9,6 +9,8 @@ pub const PATCH_CELLS: u32 = 16;
 /// One patch: where it lies and how its edges are divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Patch {
+    /// Chart it belongs to; 0 where there is only one.
+    pub chart: u32,
     /// Level it belongs to.
     pub level: u32,
     /// Block of the layout it was cut from.
@@ -85,6 +87,22 @@ pub fn slots_per_level(shape: ClipmapShape) -> u32 {
 /// All patches drawn for these windows when nothing is culled, with their slot numbers.
 #[must_use]
 pub fn patches(windows: &Windows) -> Vec<(u32, Patch)> {
+    patches_with(windows, |level, rect| outer_spans(windows, level, rect))
+}
+
+/// As [`patches`], for all charts; slots are numbered chart after chart.
+#[must_use]
+pub fn chart_patches(windows: &ChartWindows) -> Vec<(u32, Patch)> {
+    let per_chart = slots_per_level(windows.shape()) * windows.shape().levels();
+    let mut out = Vec::new();
+    for (chart, own) in (0_u32..).zip(&windows.charts) {
+        let all = patches_with(own, |level, rect| chart_spans(windows, chart as usize, level, rect));
+        out.extend(all.into_iter().map(|(slot, p)| (chart * per_chart + slot, Patch { chart, ..p })));
+    }
+    out
+}
+
+fn patches_with(windows: &Windows, spans: impl Fn(u32, Rect) -> [OuterSpan; 4]) -> Vec<(u32, Patch)> {
     let shape = windows.shape;
     let points = control_points(shape);
     let per_level = slots_per_level(shape);
@@ -116,9 +134,9 @@ pub fn patches(windows: &Windows) -> Vec<(u32, Patch)> {
                 let (x, y) = (step(0, k % across[0]), step(1, k / across[0]));
                 let rect = Rect { lo: [x.0, y.0], hi: [x.1, y.1] }.intersect(data);
                 if rect.has_area() {
-                    let outer = outer_spans(windows, level, rect);
+                    let outer = spans(level, rect);
                     let slot = level * per_level + first + k;
-                    out.push((slot, Patch { level, kind: quad.kind, rect, outer }));
+                    out.push((slot, Patch { chart: 0, level, kind: quad.kind, rect, outer }));
                 }
             }
         }

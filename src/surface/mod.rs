@@ -1,0 +1,3 @@
+//! Base surfaces.
+mod cube;
+pub use cube::Face;
