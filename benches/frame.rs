@@ -40,8 +40,13 @@ fn rig(gpu: &Gpu, terrain: &Terrain, n: u32, levels: u32) -> Rig {
     let [low, high] = terrain.extent_m();
     let (x, y) = (f64::midpoint(low[0], high[0]), f64::midpoint(low[1], high[1]));
     let ground = terrain.ground_height_m(x, y).map_or(0.0, f64::from);
-    let camera =
-        Camera { eye_m: DVec3::new(x, y, ground + 200.0), yaw_deg: 30.0, pitch_deg: -8.0, fov_deg: 60.0 };
+    let camera = Camera {
+        eye_m: DVec3::new(x, y, ground + 200.0),
+        yaw_deg: 30.0,
+        pitch_deg: -8.0,
+        fov_deg: 60.0,
+        ..Camera::default()
+    };
     let target = Offscreen::new(&gpu.device, SIZE).unwrap();
     renderer.prepare(&camera, SIZE).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A frame: prepare uploads what the camera needs, record adds the passes to your encoder.
     let ground = terrain.ground_height_m(15_000.0, 3_000.0).map_or(0.0, f64::from);
     let eye_m = DVec3::new(15_000.0, 3_000.0, ground + 900.0);
-    let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -12.0, fov_deg: 60.0 };
+    let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -12.0, fov_deg: 60.0, ..Camera::default() };
     let upload = renderer.prepare(&camera, SIZE)?;
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     renderer.record(&mut encoder, Target { color: &color_view, depth: &depth_view, clear: true });

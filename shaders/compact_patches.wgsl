@@ -34,7 +34,7 @@ fn need_of(record: PatchRecord) -> Need {
 
 @compute @workgroup_size(64)
 fn compact_patches(@builtin(local_invocation_index) thread: u32) {
-    let total = frame.level_count * frame.slots_per_level;
+    let total = lane_count() * frame.slots_per_level;
     let share = (total + THREADS - 1u) / THREADS;
     let begin = min(thread * share, total);
     let end = min(begin + share, total);

@@ -1,5 +1,5 @@
 // Control quads -> patch records: where each patch lies, how its edges are divided, whether it is seen.
-// One invocation = one patch slot; total: levels x slots_per_level. Every slot is written each frame.
+// One invocation = one patch slot; total: lanes x slots_per_level. Every slot is written each frame.
 // Twin: src/reference/cull_quads.rs; patch cutting and spans: src/quads.
 
 override MORPH: bool = false;
@@ -7,11 +7,10 @@ override MORPH: bool = false;
 @group(0) @binding(1) var<storage, read> control_points: array<u32>; // x | y << 16, samples from origin
 @group(0) @binding(2) var<storage, read> control_quads: array<ControlQuad>;
 @group(0) @binding(10) var<storage, read> quad_corners: array<u32>;  // SW, SE, NW, NE points, 8 bits each
-@group(0) @binding(4) var<storage, read> block_bounds: array<vec2<f32>>;
 @group(0) @binding(5) var<storage, read_write> patches: array<PatchRecord>;
 
-fn control_point(level: u32, ix: u32) -> vec2<i32> {
-    let p = control_points[level * CONTROL_POINTS + ix];
+fn control_point(lane: u32, ix: u32) -> vec2<i32> {
+    let p = control_points[lane * CONTROL_POINTS + ix];
     return vec2<i32>(i32(p & 0xffffu), i32(p >> 16u));
 }
 
@@ -32,27 +31,6 @@ fn span(level: u32, lo: i32, hi: i32, ring_lo: i32, ring_hi: i32, last: i32, on_
     return u32(from_cell - lo) | (u32(to_cell - lo) << 5u) | (1u << 10u);
 }
 
-// Range of heights of all blocks that touch a rectangle of a level's nodes.
-fn range_over(level: u32, rect_lo: vec2<i32>, rect_hi: vec2<i32>) -> vec2<f32> {
-    let area = loaded(level);
-    let lo = max(rect_lo, area.lo);
-    let hi = min(rect_hi, area.hi);
-    var range = vec2<f32>(VOID, -VOID);
-    if any(hi < lo) {
-        return range;
-    }
-    // Blocks are closed: one whose far border is our near one need not be read, unless we are that border.
-    let first = lo >> vec2<u32>(4u);
-    let last = max(first, (hi - vec2<i32>(1i)) >> vec2<u32>(4u));
-    for (var y = first.y; y <= last.y; y++) {
-        for (var x = first.x; x <= last.x; x++) {
-            let r = block_bounds[block_address(level, vec2<i32>(x, y))];
-            range = vec2<f32>(min(range.x, r.x), max(range.y, r.y));
-        }
-    }
-    return range;
-}
-
 // False only when the box lies wholly outside a plane (Assarsson and Moller 2000).
 fn in_frustum(lo: vec3<f32>, hi: vec3<f32>) -> bool {
     for (var i = 0u; i < 5u; i++) {
@@ -67,15 +45,68 @@ fn in_frustum(lo: vec3<f32>, hi: vec3<f32>) -> bool {
     return true;
 }
 
+fn joined(a: Box, b: Box) -> Box {
+    return Box(min(a.lo, b.lo), max(a.hi, b.hi));
+}
+
+// What the chart beyond a side of a patch adds: doubling where it draws finer cells, whose vertices must lie
+// in the patch's bounds. The current chart is the same before and after.
+fn span_across(level: u32, side: u32, lo: vec2<i32>, hi: vec2<i32>, box: ptr<function, Box>) -> u32 {
+    let home = current_chart();
+    let last = node_of(level, data_last());
+    let line = select(lo, hi, (side & 1u) == 1u);
+    let border = select(vec2<i32>(0i), last, (side & 1u) == 1u);
+    let on_border = select(line.y == border.y, line.x == border.x, side >= 2u);
+    if !on_border || level == 0u {
+        return 0u;
+    }
+    let length = select(data_last().x, data_last().y, side >= 2u);
+    if !cross_over(side) {
+        return 0u;
+    }
+    let entry = entry_side();
+    var bits = 0u;
+    if level > finest_level() {
+        let fine = loaded(level - 1u);
+        let fine_lo = base_of(level - 1u, fine.lo);
+        let fine_hi = base_of(level - 1u, fine.hi);
+        let far = data_last();
+        var reaches = select(fine_lo.y == 0i, fine_hi.y == far.y, entry == 1u);
+        if entry >= 2u {
+            reaches = select(fine_lo.x == 0i, fine_hi.x == far.x, entry == 3u);
+        }
+        reaches = reaches && all(fine.hi > fine.lo);
+        let ring = select(vec2<i32>(fine_lo.x, fine_hi.x), vec2<i32>(fine_lo.y, fine_hi.y), entry >= 2u);
+        let ring_nodes = node_of(level, ring);
+        let cells = select(vec2<i32>(lo.x, hi.x), vec2<i32>(lo.y, hi.y), side >= 2u);
+        bits = span(level, cells.x, cells.y, ring_nodes.x, ring_nodes.y, length, reaches);
+        if bits != 0u {
+            // The border's nodes as the chart beyond counts them, one level finer.
+            let along = vec2<i32>(2i * cells.x, min(2i * cells.y, (length + (1i << (level - 1u)) - 1i) >> (level - 1u)));
+            let across = select(vec2<i32>(0i), node_of(level - 1u, far), (entry & 1u) == 1u);
+            let from_node = select(vec2<i32>(along.x, across.y), vec2<i32>(across.x, along.x), entry >= 2u);
+            let to_node = select(vec2<i32>(along.y, across.y), vec2<i32>(across.x, along.y), entry >= 2u);
+            *box = joined(*box, box_over(level - 1u, from_node, to_node));
+        }
+    }
+    enter_chart(home);
+    return bits;
+}
+
 @compute @workgroup_size(64)
 fn cull_quads(@builtin(global_invocation_id) id: vec3<u32>) {
     let slot = id.x;
-    let level = slot / frame.slots_per_level;
-    if level >= frame.level_count {
+    let lane = slot / frame.slots_per_level;
+    if lane >= lane_count() {
         return;
     }
+    let level = enter_lane(lane);
     let local = slot % frame.slots_per_level;
     var record: PatchRecord;
+    if level < finest_level() {
+        patches[slot] = record;
+        return;
+    }
     var quad_ix = 0u;
     for (var i = 1u; i < QUADS_PER_LEVEL; i++) {
         if control_quads[i].first_patch <= local {
@@ -83,50 +114,55 @@ fn cull_quads(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     let quad = control_quads[quad_ix];
-    let corners = quad_corners[level * QUADS_PER_LEVEL + quad_ix];
-    let is_finest = level == frame.finest;
+    let corners = quad_corners[lane * QUADS_PER_LEVEL + quad_ix];
+    let is_finest = level == finest_level();
     let in_ring = quad.kind < KIND_L || (quad.kind == KIND_L && !is_finest) || (quad.kind == KIND_FILL && is_finest);
     let area = loaded(level);
     let k = local - quad.first_patch;
-    let quad_lo = frame.origins[level].xy + control_point(level, corners & 0xffu);
-    let quad_hi = frame.origins[level].xy + control_point(level, corners >> 24u);
+    let quad_lo = origin_of(level) + control_point(lane, corners & 0xffu);
+    let quad_hi = origin_of(level) + control_point(lane, corners >> 24u);
     let start = quad_lo + vec2<i32>(vec2<u32>(k % quad.patches_east, k / quad.patches_east)) * PATCH_CELLS;
     let lo = max(start, area.lo);
     let hi = min(min(start + vec2<i32>(PATCH_CELLS), quad_hi), area.hi);
-    if level < frame.finest || !in_ring || any(hi <= lo) {
+    if !in_ring || any(hi <= lo) {
         patches[slot] = record;
         return;
     }
     let base_lo = base_of(level, lo);
     let base_hi = base_of(level, hi);
-    var range = range_over(level, lo, hi);
-    if level > frame.finest {
+    var box = box_over(level, lo, hi);
+    var spans = vec4<u32>(0u); // south, north, west, east
+    if !is_finest {
         let fine = loaded(level - 1u);
         let ring_lo = node_of(level, base_of(level - 1u, fine.lo));
         let ring_hi = node_of(level, base_of(level - 1u, fine.hi));
-        let south = span(level, lo.x, hi.x, ring_lo.x, ring_hi.x, frame.last.x, lo.y == ring_lo.y || lo.y == ring_hi.y);
-        let north = span(level, lo.x, hi.x, ring_lo.x, ring_hi.x, frame.last.x, hi.y == ring_lo.y || hi.y == ring_hi.y);
-        let west = span(level, lo.y, hi.y, ring_lo.y, ring_hi.y, frame.last.y, lo.x == ring_lo.x || lo.x == ring_hi.x);
-        let east = span(level, lo.y, hi.y, ring_lo.y, ring_hi.y, frame.last.y, hi.x == ring_lo.x || hi.x == ring_hi.x);
-        record.outer_sn = south | (north << 16u);
-        record.outer_we = west | (east << 16u);
+        let last = data_last();
+        spans.x = span(level, lo.x, hi.x, ring_lo.x, ring_hi.x, last.x, lo.y == ring_lo.y || lo.y == ring_hi.y);
+        spans.y = span(level, lo.x, hi.x, ring_lo.x, ring_hi.x, last.x, hi.y == ring_lo.y || hi.y == ring_hi.y);
+        spans.z = span(level, lo.y, hi.y, ring_lo.y, ring_hi.y, last.y, lo.x == ring_lo.x || lo.x == ring_hi.x);
+        spans.w = span(level, lo.y, hi.y, ring_lo.y, ring_hi.y, last.y, hi.x == ring_lo.x || hi.x == ring_hi.x);
         // Vertices on shared edges come from the finer level.
-        let r = range_over(level - 1u, node_of(level - 1u, base_lo), node_of(level - 1u, base_hi));
-        range = vec2<f32>(min(range.x, r.x), max(range.y, r.y));
+        box = joined(box, box_over(level - 1u, node_of(level - 1u, base_lo), node_of(level - 1u, base_hi)));
     }
+    for (var side = 0u; side < 4u; side++) {
+        let bits = span_across(level, side, lo, hi, &box);
+        if bits != 0u {
+            spans[side] = bits;
+        }
+    }
+    record.outer_sn = spans.x | (spans.y << 16u);
+    record.outer_we = spans.z | (spans.w << 16u);
     if MORPH && level + 1u < frame.level_count {
         let coarse_lo = (base_lo >> vec2<u32>(level + 1u)) - vec2<i32>(1i);
         let coarse_hi = (base_hi >> vec2<u32>(level + 1u)) + vec2<i32>(2i);
-        let r = range_over(level + 1u, coarse_lo, coarse_hi);
-        range = vec2<f32>(min(range.x, r.x), max(range.y, r.y));
+        box = joined(box, box_over(level + 1u, coarse_lo, coarse_hi));
     }
     record.cell = lo;
     let cells = vec2<u32>(hi - lo);
-    record.shape = cells.x | (cells.y << 8u) | (level << 16u) | (quad.kind << 24u);
-    let all_void = range.x > range.y;
-    let box_lo = vec3<f32>(vec2<f32>(base_lo - frame.anchor) * frame.spacing_m, range.x - frame.anchor_height_m);
-    let box_hi = vec3<f32>(vec2<f32>(base_hi - frame.anchor) * frame.spacing_m, range.y - frame.anchor_height_m);
-    let seen = !all_void && (frame.cull == 0u || in_frustum(box_lo, box_hi));
+    record.shape = cells.x | (cells.y << 8u) | (level << 16u) | (quad.kind << 24u) | (current_chart() << 28u);
+    let all_void = box.lo.z > box.hi.z;
+    let around = patch_box(box, level, base_lo, base_hi);
+    let seen = !all_void && (frame.cull == 0u || (in_frustum(around.lo, around.hi) && !over_the_horizon(around)));
     record.visible = select(0u, 1u, seen);
     patches[slot] = record;
 }

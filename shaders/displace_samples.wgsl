@@ -1,15 +1,24 @@
-// Refill strips -> toroidal windows of samples. (On a plane the displaced sample is its height; the
-// position is made of it in expand_patches.)
-// Input: `staging`: four words a strip (level, x, y, width | height << 16), then all samples, strip after
-// strip, row by row. One invocation = one sample; workgroup y = strip.
+// Refill strips -> toroidal windows of samples: of heights on a plane, of positions on curved surfaces.
+// Input: `staging`: four words a strip (lane, x, y, width | height << 16), then all samples, strip after
+// strip, row by row, each strip from a whole word on. One invocation = one sample; workgroup y = strip.
 // Total: (largest strip / 64) x strips workgroups. Nothing to clear.
 
+override SHORT: bool = false; // two bytes a sample, in units of Frame.sample_step_m
+
 @group(0) @binding(11) var<storage, read> staging: array<u32>;
-@group(0) @binding(3) var<storage, read_write> windows: array<f32>;
 
 fn strip_samples(strip: u32) -> u32 {
     let size = staging[strip * 4u + 3u];
     return (size & 0xffffu) * (size >> 16u);
+}
+
+// Height k of the strip that begins at word `first`.
+fn staged_height(first: u32, k: u32) -> f32 {
+    if !SHORT {
+        return bitcast<f32>(staging[first + k]);
+    }
+    let short = extractBits(bitcast<i32>(staging[first + (k >> 1u)]), (k & 1u) * 16u, 16u);
+    return select(f32(short) * frame.sample_step_m, VOID, short == -32768i);
 }
 
 @compute @workgroup_size(64)
@@ -23,10 +32,12 @@ fn displace_samples(
     }
     var first = 4u * groups.y;
     for (var s = 0u; s < strip; s++) {
-        first += strip_samples(s);
+        let count = strip_samples(s);
+        first += select(count * WORDS_PER_SAMPLE, (count + 1u) >> 1u, SHORT);
     }
     let width = staging[strip * 4u + 3u] & 0xffffu;
     let corner = vec2<i32>(bitcast<i32>(staging[strip * 4u + 1u]), bitcast<i32>(staging[strip * 4u + 2u]));
     let node = corner + vec2<i32>(i32(id.x % width), i32(id.x / width));
-    windows[sample_address(staging[strip * 4u], node)] = bitcast<f32>(staging[first + id.x]);
+    let level = enter_lane(staging[strip * 4u]);
+    store_sample(level, node, first, id.x);
 }

@@ -5,54 +5,20 @@
 override COLOR_MODE: u32 = 0u; // 0 shaded, 1 levels, 2 blocks, 3 elevation, 4 slope
 override FOG: bool = true;
 
-@group(0) @binding(8) var<storage, read> vertices: array<Vertex>;
-@group(0) @binding(9) var<storage, read> indices: array<u32>;
-
-struct Seen {
-    @builtin(position) clip: vec4<f32>,
-    @location(0) position: vec3<f32>, // metres from the anchor
-    @location(1) normal: vec3<f32>,
-    @location(2) @interpolate(flat, either) tag: u32, // packed word of the provoking vertex
-    @location(3) edge: vec3<f32>,     // barycentric, wireframe only
-}
-
-fn see(position: vec3<f32>, packed: u32, edge: vec3<f32>) -> Seen {
-    var out: Seen;
-    out.clip = frame.clip_from_anchor * vec4<f32>(position, 1.0);
-    out.position = position;
-    out.normal = unpack_normal(packed);
-    out.tag = packed;
-    out.edge = edge;
-    return out;
-}
-
-@vertex
-fn vs_solid(@location(0) position: vec3<f32>, @location(1) packed: u32) -> Seen {
-    return see(position, packed, vec3<f32>(1.0));
-}
-
-@vertex
-fn vs_wire(@builtin(vertex_index) ix: u32) -> Seen {
-    let v = vertices[indices[ix]];
-    var edge = vec3<f32>(0.0);
-    edge[ix % 3u] = 1.0;
-    return see(vec3<f32>(v.x, v.y, v.z), v.packed, edge);
-}
-
 fn surface_color(in: Seen) -> vec3<f32> {
     let normal = normalize(in.normal);
-    let height = in.position.z + frame.anchor_height_m;
-    let range = frame.height_range_m;
-    let t = (height - range.x) / max(range.y - range.x, 1e-6);
+    let place = relief(in);
+    let slope = dot(normal, place.xyz);
+    let t = place.w;
     let level = (in.tag >> 24u) & 31u;
     let kind = in.tag >> 29u;
     var color: vec3<f32>;
     switch COLOR_MODE {
-        case 1u: { color = lit(palette(level) * 0.6, normal); }
-        case 2u: { color = lit(palette(kind) * mix(0.35, 0.7, f32(level % 2u)), normal); }
+        case 1u: { color = lit(palette(level) * 0.6, normal, slope); }
+        case 2u: { color = lit(palette(kind) * mix(0.35, 0.7, f32(level % 2u)), normal, slope); }
         case 3u: { color = ramp(t); }
-        case 4u: { color = ramp(acos(clamp(normal.z, 0.0, 1.0)) / 1.5707964); }
-        default: { color = lit(hypsometric(t, normal.z), normal); }
+        case 4u: { color = ramp(acos(clamp(slope, 0.0, 1.0)) / 1.5707964); }
+        default: { color = lit(hypsometric(t, slope), normal, slope); }
     }
     if FOG && COLOR_MODE == 0u {
         let away = distance(in.position, frame.eye_from_anchor_m);

@@ -7,7 +7,6 @@ override HAS_VOIDS: bool = false; // triangles that touch a void sample are coll
 
 @group(0) @binding(5) var<storage, read> patches: array<PatchRecord>;
 @group(0) @binding(6) var<storage, read> visible_slots: array<u32>;
-@group(0) @binding(8) var<storage, read_write> vertices: array<Vertex>;
 @group(0) @binding(9) var<storage, read_write> indices: array<u32>;
 
 struct Span {
@@ -101,21 +100,11 @@ fn is_void(v: u32) -> bool {
     return vertices[v].packed == 0xffffffffu;
 }
 
-fn put_vertex(at: u32, owner: u32, base: vec2<i32>, tag: u32) {
-    let height = vertex_height(owner, base);
-    let ground = ground_at(base);
-    var vertex = Vertex(ground.x, ground.y, height - frame.anchor_height_m, tag);
-    if HAS_VOIDS && height == VOID {
-        vertex.z = 0.0;
-        vertex.packed = 0xffffffffu;
-    } else {
-        vertex.packed |= packed_normal(owner, base);
-    }
-    vertices[at] = vertex;
-}
-
 fn put_triangle(base: u32, at: u32, a: u32, b: u32, c: u32) {
     var t = vec3<u32>(a, b, c) + vec3<u32>(base);
+    if is_mirrored() {
+        t = t.xzy;
+    }
     if HAS_VOIDS && (is_void(t.x) || is_void(t.y) || is_void(t.z)) {
         t = vec3<u32>(t.x); // collapsed: covers nothing, and the counts stay what they were
     }
@@ -197,6 +186,14 @@ fn expand_cell(work: ptr<function, Work>, cell: vec2<u32>) {
     }
 }
 
+// A vertex of the current chart; on a border it may belong to another.
+fn put_owned(at: u32, own_level: u32, base: vec2<i32>, tag: u32) {
+    let home = current_chart();
+    let owner = owner_across(own_level, base);
+    put_vertex(at, owner.level, owner.base, tag);
+    enter_chart(home);
+}
+
 // Extra vertices of the divided sides. A function of its own, as is the next: most patches have no divided
 // side and never unpack any span.
 fn expand_extras(record: PatchRecord, thread: u32, tag: u32) {
@@ -205,7 +202,7 @@ fn expand_extras(record: PatchRecord, thread: u32, tag: u32) {
     let count = work.spans[3].start + span_count(work.spans[3]);
     for (var e = thread; e < count; e += 64u) {
         let base = extra_base(&work, e);
-        put_vertex(first + e, owner_of(work.level, base), base, tag);
+        put_owned(first + e, owner_of(work.level, base), base, tag);
     }
 }
 
@@ -230,7 +227,8 @@ fn expand_patches(
     let w = record.shape & 0xffu;
     let h = (record.shape >> 8u) & 0xffu;
     let level = (record.shape >> 16u) & 0xffu;
-    let tag = (level << 24u) | ((record.shape >> 24u) << 29u);
+    let tag = (level << 24u) | (((record.shape >> 24u) & 3u) << 29u);
+    enter_chart(record.shape >> 28u);
     let divided = (record.outer_sn | record.outer_we) != 0u;
     // Only patches that touch the finer window have vertices which that one owns.
     let touches = touches_finer(level, record.cell, record.cell + vec2<i32>(vec2<u32>(w, h)));
@@ -243,7 +241,7 @@ fn expand_patches(
         if touches {
             owner = owner_of(level, base);
         }
-        put_vertex(record.first_vertex + v, owner, base, tag);
+        put_owned(record.first_vertex + v, owner, base, tag);
     }
     if divided {
         expand_extras(record, thread, tag);

@@ -1,8 +1,9 @@
 //! The camera: f64 pose in the world, and what the GPU gets of it.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 
-/// A perspective camera. World axes: x east, y north, z up, metres.
+/// A perspective camera. World axes: on a plane x east, y north, z up; on a globe Earth-centred and
+/// Earth-fixed; metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Eye in world metres.
@@ -13,6 +14,15 @@ pub struct Camera {
     pub pitch_deg: f64,
     /// Vertical field of view in degrees, between 0 and 180, both excluded.
     pub fov_deg: f64,
+    /// What yaw and pitch are measured in: unit east, north and up in the world's axes, as columns.
+    /// [`crate::Terrain::camera`] gives those of the place; the identity on a plane.
+    pub axes: DMat3,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self { eye_m: DVec3::ZERO, yaw_deg: 0.0, pitch_deg: 0.0, fov_deg: 60.0, axes: DMat3::IDENTITY }
+    }
 }
 
 /// Why a pose cannot be used.
@@ -73,7 +83,8 @@ impl Camera {
     /// # Errors
     /// When a coordinate is not finite or the field of view is out of range.
     pub fn validate(&self) -> Result<(), PoseError> {
-        let all = [self.eye_m.x, self.eye_m.y, self.eye_m.z, self.yaw_deg, self.pitch_deg];
+        let mut all = vec![self.eye_m.x, self.eye_m.y, self.eye_m.z, self.yaw_deg, self.pitch_deg];
+        all.extend(self.axes.to_cols_array());
         if let Some(bad) = all.iter().find(|v| !v.is_finite()) {
             return Err(PoseError::Number { text: format!("{all:?}"), field: bad.to_string() });
         }
@@ -90,36 +101,41 @@ impl Camera {
     #[must_use]
     pub fn forward(&self) -> DVec3 {
         let (yaw, pitch) = (self.yaw_deg.to_radians(), self.pitch_deg.to_radians());
-        DVec3::new(yaw.sin() * pitch.cos(), yaw.cos() * pitch.cos(), pitch.sin())
+        self.axes * DVec3::new(yaw.sin() * pitch.cos(), yaw.cos() * pitch.cos(), pitch.sin())
+    }
+
+    /// Unit vectors to the right and upwards in the picture.
+    #[must_use]
+    pub fn right_and_up(&self) -> [DVec3; 2] {
+        let (yaw, pitch) = (self.yaw_deg.to_radians(), self.pitch_deg.to_radians());
+        let right = DVec3::new(yaw.cos(), -yaw.sin(), 0.0);
+        let up = DVec3::new(-yaw.sin() * pitch.sin(), -yaw.cos() * pitch.sin(), pitch.cos());
+        [self.axes * right, self.axes * up]
     }
 
     /// Direction (not unit) through the middle of a pixel, counted from the top left.
     #[must_use]
     pub fn ray(&self, pixel: [u32; 2], size_px: [u32; 2]) -> DVec3 {
-        let (yaw, pitch) = (self.yaw_deg.to_radians(), self.pitch_deg.to_radians());
-        let right = DVec3::new(yaw.cos(), -yaw.sin(), 0.0);
-        let up = DVec3::new(-yaw.sin() * pitch.sin(), -yaw.cos() * pitch.sin(), pitch.cos());
+        let [right, up] = self.right_and_up();
         let half = (self.fov_deg.to_radians() * 0.5).tan() / f64::from(size_px[1]);
         let offset = |a: usize| f64::from(2 * pixel[a] + 1) - f64::from(size_px[a]);
         self.forward() + right * (half * offset(0)) - up * (half * offset(1))
     }
 
-    /// A camera at `eye_m` that looks at `target_m`.
+    /// A camera at `eye_m` on a plane that looks at `target_m`.
     #[must_use]
     pub fn looking_at(eye_m: DVec3, target_m: DVec3, fov_deg: f64) -> Self {
         let d = target_m - eye_m;
         let yaw_deg = d.x.atan2(d.y).to_degrees();
         let pitch_deg = d.z.atan2(d.truncate().length()).to_degrees();
-        Self { eye_m, yaw_deg, pitch_deg, fov_deg }
+        Self { eye_m, yaw_deg, pitch_deg, fov_deg, axes: DMat3::IDENTITY }
     }
 
     /// Clip space from positions relative to `anchor_m`: reverse depth (1 at `near_m`, 0 at infinity).
     #[must_use]
     pub fn clip_from_anchor(&self, anchor_m: DVec3, aspect: f64, near_m: f64) -> DMat4 {
-        let (yaw, pitch) = (self.yaw_deg.to_radians(), self.pitch_deg.to_radians());
-        let right = DVec3::new(yaw.cos(), -yaw.sin(), 0.0);
+        let [right, up] = self.right_and_up();
         let forward = self.forward();
-        let up = DVec3::new(-yaw.sin() * pitch.sin(), -yaw.cos() * pitch.sin(), pitch.cos());
         let eye = self.eye_m - anchor_m;
         let row = |axis: DVec3| DVec4::new(axis.x, axis.y, axis.z, -axis.dot(eye));
         let view = DMat4::from_cols(row(right), row(up), row(-forward), DVec4::W).transpose();

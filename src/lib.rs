@@ -30,7 +30,7 @@
 //! let format = wgpu::TextureFormat::Rgba8UnormSrgb;
 //! let mut renderer = Renderer::new(device, queue, format, &terrain, &Scene::default())?;
 //! let eye_m = glam::DVec3::new(15_000.0, 2_000.0, 3_500.0);
-//! let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -15.0, fov_deg: 60.0 };
+//! let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -15.0, fov_deg: 60.0, ..Camera::default() };
 //! let upload = renderer.prepare(&camera, size)?;
 //! renderer.record(encoder, Target { color, depth, clear: true });
 //! # Ok(())

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::clipmap::ClipmapShape;
+use crate::gpu::Ground;
 use crate::gpu::passes::Variant;
 use crate::scene::{ColorMode, Scene, Terrain};
 
@@ -55,6 +56,23 @@ impl Plan {
         leave(timestamps, "per-pass times", "the adapter has no timestamp queries; gpu_ms is null");
         let passes = crate::gpu::shader_sources().iter().map(|s| s.stem).collect();
         let native_extras = if timestamps { vec!["timestamp-query"] } else { Vec::new() };
-        Self { passes, native_extras, left_out, variant: Variant { has_voids, morph: scene.morph } }
+        let variant = variant(scene, terrain);
+        Self { passes, native_extras, left_out, variant }
+    }
+}
+
+/// Which shaders the scene needs.
+pub(crate) fn variant(scene: &Scene, terrain: &Terrain) -> Variant {
+    let (ground, charts) = match &terrain.curved {
+        None => (Ground::Plane, 1),
+        Some(c) if c.points.is_some() => (Ground::Points, c.graph.charts.len()),
+        Some(c) => (Ground::Curved, c.graph.charts.len()),
+    };
+    Variant {
+        ground,
+        charts: u32::try_from(charts).unwrap_or(u32::MAX),
+        has_voids: terrain.source.has_voids(),
+        morph: scene.morph,
+        short: ground != Ground::Points && terrain.source.step_m().is_some(),
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! `prepare` and `record` never wait for the GPU and never read anything back.
 
+mod curve;
 mod inspect;
 mod upload;
 
@@ -11,17 +12,20 @@ use glam::{DMat4, DVec3};
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 
 use crate::camera::{Camera, PoseError};
-use crate::clipmap::{ClipmapError, ClipmapShape, Windows, refill_strips};
+use crate::clipmap::{ChartWindows, ClipmapError, ClipmapShape, Windows};
 use crate::gpu::passes::draw_terrain::DrawTerrain;
 use crate::gpu::passes::{
     ComputePass, FrameWork, bound_blocks, compact_patches, cull_quads, displace_samples, expand_patches,
 };
-use crate::gpu::{Buffers, Capacity, Counters, GpuError, GpuFrame};
+use crate::gpu::{Buffers, Capacity, Counters, GpuCurve, GpuError, GpuFrame};
 use crate::measure::FrameUpload;
 use crate::plan::Plan;
 use crate::pyramid::SampleSource;
 use crate::reference::{Frustum, Placement};
 use crate::scene::{Scene, Terrain};
+
+/// Least width of a cell of the finest level drawn, in pixels where the ground is nearest, for n = 255.
+pub const LEAST_CELL_PX: f64 = 6.15;
 
 /// Why a renderer cannot be made or a frame not prepared.
 #[derive(Debug, thiserror::Error)]
@@ -62,17 +66,22 @@ pub struct Renderer {
     state: Option<State>,
     /// Windows whose samples lie on the GPU: those of the last recorded frame. A frame that is prepared
     /// but never recorded leaves nothing behind.
-    resident: Option<Windows>,
+    resident: Option<ChartWindows>,
     work: FrameWork,
-    staging: Vec<f32>,
+    staging: Vec<u32>,
+    /// Curved surfaces only: what of them the GPU holds.
+    curve: Option<curve::CurveState>,
     profiler: Option<GpuProfiler>,
 }
 
 /// What the last `prepare` left on the GPU.
 struct State {
-    placement: Placement,
+    windows: ChartWindows,
+    /// For the twins, which know planes only.
+    placement: Option<Placement>,
     frustum: Frustum,
     anchor_m: DVec3,
+    curve: Option<GpuCurve>,
 }
 
 impl Renderer {
@@ -88,7 +97,8 @@ impl Renderer {
         scene: &Scene,
     ) -> Result<Self, RenderError> {
         let shape = scene.shape(terrain)?;
-        Self::with_capacity(device, queue, format, terrain, scene, Capacity::worst_case(shape))
+        let charts = crate::plan::variant(scene, terrain).charts;
+        Self::with_capacity(device, queue, format, terrain, scene, Capacity::worst_case(shape, charts))
     }
 
     /// As [`Renderer::new`], with room for `capacity` only; see [`Renderer::grow`].
@@ -106,15 +116,17 @@ impl Renderer {
         let shape = scene.shape(terrain)?;
         let timestamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let plan = Plan::new(scene, terrain, shape, timestamps);
-        let buffers = Buffers::new(device, shape, capacity)?;
+        let variant = plan.variant;
+        let buffers = Buffers::new(device, shape, variant.extent(), capacity)?;
         let passes = [
-            displace_samples::new(device, &buffers),
-            bound_blocks::new(device, &buffers),
-            cull_quads::new(device, &buffers, plan.variant),
-            compact_patches::new(device, &buffers),
-            expand_patches::new(device, &buffers, plan.variant),
+            displace_samples::new(device, &buffers, variant),
+            bound_blocks::new(device, &buffers, variant),
+            cull_quads::new(device, &buffers, variant),
+            compact_patches::new(device, &buffers, variant),
+            expand_patches::new(device, &buffers, variant),
         ];
-        let draw = DrawTerrain::new(device, &buffers, format, scene);
+        let draw = DrawTerrain::new(device, &buffers, format, scene, variant.ground);
+        let curve = terrain.curved.as_ref().map(|c| curve::CurveState::new(c, shape, terrain));
         Ok(Self {
             device: device.clone(),
             queue: queue.clone(),
@@ -129,6 +141,7 @@ impl Renderer {
             resident: None,
             work: FrameWork::default(),
             staging: Vec::new(),
+            curve,
             profiler: None,
         })
     }
@@ -159,10 +172,23 @@ impl Renderer {
         self.buffers.bytes()
     }
 
-    /// Windows, anchor and camera of the last prepared frame, as the CPU twins need them.
+    /// Windows, anchor and camera of the last prepared frame, as the CPU twins need them; they know
+    /// planes only.
     #[must_use]
     pub fn placement(&self) -> Option<&Placement> {
-        self.state.as_ref().map(|s| &s.placement)
+        self.state.as_ref()?.placement.as_ref()
+    }
+
+    /// Windows of all charts of the last prepared frame.
+    #[must_use]
+    pub fn windows(&self) -> Option<&ChartWindows> {
+        self.state.as_ref().map(|s| &s.windows)
+    }
+
+    /// The terrain drawn.
+    #[must_use]
+    pub fn terrain(&self) -> &Terrain {
+        &self.terrain
     }
 
     /// Planes of the last prepared frame.
@@ -183,45 +209,102 @@ impl Renderer {
     /// When the camera holds numbers that cannot be drawn with.
     pub fn prepare(&mut self, camera: &Camera, size_px: [u32; 2]) -> Result<FrameUpload, RenderError> {
         camera.validate()?;
-        let windows = self.place(camera);
-        let old = self.state.as_ref().map(|s| s.placement.windows.clone());
+        let windows = self.place(camera, size_px);
+        let old = self.state.as_ref().map(|s| s.windows.clone());
         let resident = self.resident.clone();
-        let refill = refill_strips(resident.as_ref(), &windows);
         let mut upload = FrameUpload::default();
         self.upload_control(old.as_ref(), &windows, &mut upload);
-        self.upload_strips(resident.as_ref(), &windows, &refill, &mut upload);
-        let state = self.state_for(camera, windows, size_px);
-        self.upload_frame(camera, &state, &refill, size_px);
-        upload.uniform_bytes = size_of::<GpuFrame>() as u64;
+        self.upload_records(&windows, &mut upload);
+        let shifted = self.upload_strips(resident.as_ref(), &windows, &mut upload);
+        let state = self.state_for(camera, windows, size_px, &shifted);
+        self.upload_frame(camera, &state, &shifted, size_px);
+        upload.uniform_bytes =
+            (size_of::<GpuFrame>() + state.curve.map_or(0, |_| size_of::<GpuCurve>())) as u64;
         self.state = Some(state);
         Ok(upload)
     }
 
-    fn place(&self, camera: &Camera) -> Windows {
-        let lattice = self.terrain.source.lattice();
-        let centre = self.terrain.samples_from_world(camera.eye_m);
-        let finest = if self.scene.drop_fine_levels { self.finest_for(camera) } else { 0 };
-        Windows::place(self.shape, lattice, centre, finest)
+    fn place(&self, camera: &Camera, size_px: [u32; 2]) -> ChartWindows {
+        let graph = self.terrain.graph();
+        let (home, centre, away) = match &self.terrain.curved {
+            None => {
+                let centre = self.terrain.samples_from_world(camera.eye_m);
+                (0, centre, self.away_from_plane(camera))
+            }
+            Some(curved) => {
+                let (foot, ground) = curved.ground(camera.eye_m);
+                let last = graph.charts[foot.chart].lattice.last;
+                let inside = [0, 1].map(|a| foot.at[a].clamp(0.0, f64::from(last[a])));
+                let ground = f64::from(ground.unwrap_or(0.0)).min(foot.height_m);
+                let (p, up) = curved.surface.base(foot.chart, inside);
+                (foot.chart, foot.at, camera.eye_m.distance(p + up * ground))
+            }
+        };
+        let mut finest = 0;
+        if self.scene.drop_fine_levels {
+            finest = self.finest_for(camera, away, size_px);
+        }
+        if let Some(globe) = self.terrain.curved.as_ref().and_then(|c| c.globe.as_ref()) {
+            finest = self.finest_with_data(globe, camera, finest);
+        }
+        ChartWindows::place(&graph, self.shape, home, centre, finest)
     }
 
-    /// Finest level worth drawing: its window must reach 2.5 times as far as the camera is away from
-    /// the nearest ground (Asirvatham and Hoppe 2005 drop levels whose extent is less than that).
-    fn finest_for(&self, camera: &Camera) -> u32 {
+    /// Distance of the camera from the nearest ground, metres.
+    fn away_from_plane(&self, camera: &Camera) -> f64 {
         let [low, high] = self.terrain.extent_m();
         let eye = camera.eye_m;
         let (x, y) = (eye.x.clamp(low[0], high[0]), eye.y.clamp(low[1], high[1]));
         let ground = self.terrain.ground_height_m(x, y).map_or(0.0, f64::from);
-        let away = eye.distance(DVec3::new(x, y, ground.min(eye.z)));
+        eye.distance(DVec3::new(x, y, ground.min(eye.z)))
+    }
+
+    /// Finest level worth drawing: its cells must be wider than [`LEAST_CELL_PX`] where the ground is
+    /// nearest (Fruehstueck 2008, section 3.5.4; Asirvatham and Hoppe 2005 say it with the window's extent).
+    fn finest_for(&self, camera: &Camera, away_m: f64, size_px: [u32; 2]) -> u32 {
         let spacing = self.terrain.spacing_m[0].max(self.terrain.spacing_m[1]);
+        let px_at_one_metre = 0.5 * f64::from(size_px[1].max(1)) / (camera.fov_deg.to_radians() * 0.5).tan();
+        let cell_px = |l: u32| spacing * f64::from(1_u32 << l) * px_at_one_metre / away_m.max(1e-9);
+        // Smaller windows need larger cells for the same view.
+        let least = LEAST_CELL_PX * 254.0 / f64::from(self.shape.n() - 1);
         let mut level = 0;
-        let extent = |l: u32| f64::from(self.shape.n() - 1) * spacing * f64::from(1_u32 << l);
-        while level + 1 < self.shape.levels() && extent(level) < 2.5 * away {
+        while level + 1 < self.shape.levels() && cell_px(level) < least {
             level += 1;
         }
         level
     }
 
-    fn state_for(&self, camera: &Camera, windows: Windows, size_px: [u32; 2]) -> State {
+    /// Levels finer than any data their windows would reach are not drawn, nor loaded.
+    fn finest_with_data(&self, globe: &crate::pyramid::Globe, camera: &Camera, finest: u32) -> u32 {
+        let Some(curved) = &self.terrain.curved else { return finest };
+        let foot = curved.surface.foot(camera.eye_m);
+        let (_, normal) = curved.surface.base(foot.chart, foot.at);
+        let cell = std::f64::consts::FRAC_PI_2 / f64::from(globe.size());
+        let mut level = finest;
+        while level + 1 < self.shape.levels() {
+            // A level earns its place where some source is finer than the next coarser one.
+            let coarser = (cell * f64::from(2_u32 << level)).to_degrees();
+            let radius = cell * f64::from(1_u32 << level) * f64::from(self.shape.n()) * 0.75;
+            if globe.finer_than(coarser * 0.999, normal, radius.min(std::f64::consts::PI)) {
+                break;
+            }
+            level += 1;
+        }
+        level
+    }
+
+    fn state_for(
+        &self,
+        camera: &Camera,
+        windows: ChartWindows,
+        size_px: [u32; 2],
+        shifted: &[(usize, u32)],
+    ) -> State {
+        if let Some(curve) = &self.curve {
+            return self.curved_state(curve, camera, windows, size_px, shifted);
+        }
+        let all = windows;
+        let windows: Windows = all.charts[0].clone();
         let lattice = windows.lattice;
         let half = i32::try_from(self.shape.n() / 2).unwrap_or_default();
         // A function of the windows alone, so that the mesh is, too.
@@ -240,14 +323,16 @@ impl Renderer {
         let at = self.terrain.samples_from_world(camera.eye_m);
         let clip = self.clip(camera, anchor_m, size_px);
         State {
-            placement: Placement {
+            windows: all,
+            curve: None,
+            placement: Some(Placement {
                 windows,
                 anchor,
                 anchor_height_m,
                 spacing_m: self.terrain.spacing_m.map(|v| v as f32),
                 eye_samples: [0, 1].map(|a| (at[a] - f64::from(anchor[a])) as f32),
                 morph: self.scene.morph,
-            },
+            }),
             frustum: Frustum { planes: Camera::planes(&clip) },
             anchor_m,
         }
@@ -290,8 +375,8 @@ impl Renderer {
             }
         }
         // Recorded once: a second recording without `prepare` must not refill again.
-        self.work = FrameWork::default();
-        self.resident = self.state.as_ref().map(|s| s.placement.windows.clone());
+        self.work = FrameWork { lanes: self.work.lanes, ..FrameWork::default() };
+        self.resident = self.state.as_ref().map(|s| s.windows.clone());
     }
 
     fn record_draw(
@@ -374,7 +459,7 @@ impl Renderer {
             return Ok(false);
         }
         let wanted = Capacity { vertices: counters.vertices_needed, indices: counters.indices_needed };
-        let buffers = Buffers::new(&self.device, self.shape, wanted)?;
+        let buffers = Buffers::new(&self.device, self.shape, self.plan.variant.extent(), wanted)?;
         let got = buffers.capacity;
         if got.vertices < wanted.vertices || got.indices < wanted.indices {
             let limits = self.device.limits();
@@ -392,6 +477,9 @@ impl Renderer {
         // The new buffers are empty: everything is sent again with the next frame.
         self.state = None;
         self.resident = None;
+        if let Some(curve) = &mut self.curve {
+            curve.forget();
+        }
         Ok(true)
     }
 }

@@ -1,17 +1,22 @@
 //! What is to be drawn: the terrain and how. `plan` turns it into passes and memory.
 
+mod curved;
+
 use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::clipmap::{ClipmapError, ClipmapShape};
-use crate::heights::{Degrees, HeightGrid};
-use crate::pyramid::{MemoryPyramid, Prefilter, SampleSource};
+pub use self::curved::{BLEND_CELLS, BaseFitError, Curved, facing};
+use crate::camera::Camera;
+use crate::clipmap::{ChartGraph, ClipmapError, ClipmapShape};
+use crate::heights::{Degrees, HeightGrid, PositionGrid};
+use crate::pyramid::{MemoryPyramid, Prefilter, SampleSource, Scaled};
+use crate::surface::{Base, Ellipsoid};
 
-/// A terrain on a plane: samples and where they lie in the world.
+/// A terrain: samples and where they lie in the world.
 #[derive(Clone)]
 pub struct Terrain {
-    /// Heights by level.
+    /// Heights by level; of the first chart where there are several.
     pub source: Arc<dyn SampleSource>,
     /// Metres between base samples, east and north.
     pub spacing_m: [f64; 2],
@@ -19,10 +24,12 @@ pub struct Terrain {
     pub origin_m: [f64; 2],
     /// Degrees, when the data came in them; poses are then given in longitude and latitude.
     pub degrees: Option<Degrees>,
+    /// The base surface when it is not a plane; spacing and origin above then only describe the data.
+    pub curved: Option<Arc<Curved>>,
 }
 
 impl Terrain {
-    /// Builds the pyramid of a grid in memory.
+    /// A grid on a plane, its pyramid in memory. Degrees become metres at the data's middle latitude.
     #[must_use]
     pub fn new(grid: &HeightGrid, prefilter: Prefilter) -> Self {
         Self {
@@ -30,7 +37,120 @@ impl Terrain {
             spacing_m: grid.spacing_m,
             origin_m: grid.origin_m,
             degrees: grid.georeference.degrees,
+            curved: None,
         }
+    }
+
+    /// A grid on any base surface but a sampled one.
+    ///
+    /// # Errors
+    /// When the grid does not fit the surface.
+    pub fn on(grid: &HeightGrid, base: Base, prefilter: Prefilter) -> Result<Self, BaseFitError> {
+        if base == Base::Plane {
+            return Ok(Self::new(grid, prefilter));
+        }
+        Ok(Self::from_curved(Curved::on(grid, base, prefilter)?, grid.spacing_m))
+    }
+
+    /// Geographic grids on a whole ellipsoid, the finest on top, blended into what lies below over
+    /// [`BLEND_CELLS`] of its own cells.
+    ///
+    /// # Errors
+    /// When a grid is not geographic.
+    pub fn globe(grids: Vec<HeightGrid>, ellipsoid: Ellipsoid) -> Result<Self, BaseFitError> {
+        Ok(Self::from_curved(Curved::globe(grids, ellipsoid)?, [0.0; 2]))
+    }
+
+    /// Positions as they are.
+    #[must_use]
+    pub fn sampled(grid: PositionGrid) -> Self {
+        Self::from_curved(Curved::sampled(grid), [0.0; 2])
+    }
+
+    /// Any curved surface; `spacing_m` between base samples, 0 to take the surface's cells.
+    #[must_use]
+    pub fn from_curved(curved: Curved, spacing_m: [f64; 2]) -> Self {
+        let cell = curved.surface.cell_m();
+        Self {
+            source: curved.sources[0].clone(),
+            spacing_m: spacing_m.map(|s| if s > 0.0 { s } else { cell }),
+            origin_m: [0.0; 2],
+            degrees: None,
+            curved: Some(Arc::new(curved)),
+        }
+    }
+
+    /// The same terrain with its heights times `factor`; positions that are the data themselves stay.
+    #[must_use]
+    pub fn exaggerated(mut self, factor: f32) -> Self {
+        if factor == 1.0 {
+            return self;
+        }
+        let scaled = |source: &Arc<dyn SampleSource>| -> Arc<dyn SampleSource> {
+            Arc::new(Scaled { source: source.clone(), factor })
+        };
+        if let Some(curved) = &self.curved {
+            if curved.points.is_some() {
+                return self;
+            }
+            let mut curved = Curved::clone(curved);
+            curved.sources = curved.sources.iter().map(scaled).collect();
+            curved.exaggeration = factor;
+            self.source = curved.sources[0].clone();
+            self.curved = Some(Arc::new(curved));
+        } else {
+            self.source = scaled(&self.source);
+        }
+        self
+    }
+
+    /// Which surface it stands on.
+    #[must_use]
+    pub fn base(&self) -> Base {
+        self.curved.as_ref().map_or(Base::Plane, |c| c.base)
+    }
+
+    /// Its charts; one on a plane.
+    #[must_use]
+    pub fn graph(&self) -> ChartGraph {
+        match &self.curved {
+            Some(c) => c.graph.clone(),
+            None => ChartGraph::single(self.source.lattice()),
+        }
+    }
+
+    /// Camera of a pose `x, y, z, yaw, pitch` in the terrain's own units; see [`Curved::camera`].
+    #[must_use]
+    pub fn camera(&self, pose: [f64; 5], fov_deg: f64) -> Camera {
+        if let Some(curved) = &self.curved {
+            return curved.camera(pose, fov_deg);
+        }
+        let [x, y] = self.world_from_native([pose[0], pose[1]]);
+        Camera {
+            eye_m: DVec3::new(x, y, pose[2]),
+            yaw_deg: pose[3],
+            pitch_deg: pose[4],
+            fov_deg,
+            ..Camera::default()
+        }
+    }
+
+    /// A camera that sees all of it.
+    #[must_use]
+    pub fn overview(&self, fov_deg: f64) -> Camera {
+        if let Some(curved) = &self.curved {
+            return curved.overview(fov_deg);
+        }
+        let [low, high] = self.extent_m();
+        let range = self.source.height_range().unwrap_or([0.0, 0.0]).map(f64::from);
+        let middle = DVec3::new(
+            f64::midpoint(low[0], high[0]),
+            f64::midpoint(low[1], high[1]),
+            f64::midpoint(range[0], range[1]),
+        );
+        let reach = (high[0] - low[0]).max(high[1] - low[1]);
+        let eye = middle + DVec3::new(0.0, -0.72 * reach, 0.5 * reach);
+        Camera::looking_at(eye, middle, fov_deg)
     }
 
     /// World metres of a ground point given in the terrain's own units (degrees or metres).
@@ -140,10 +260,6 @@ impl Scene {
     /// # Errors
     /// When `n` or `levels` does not suit the data.
     pub fn shape(&self, terrain: &Terrain) -> Result<ClipmapShape, ClipmapError> {
-        let lattice = terrain.source.lattice();
-        match self.levels {
-            Some(levels) => ClipmapShape::new(self.n, levels, lattice),
-            None => ClipmapShape::covering(self.n, lattice),
-        }
+        terrain.graph().shape(self.n, self.levels)
     }
 }

@@ -31,8 +31,13 @@ fn case() -> Case {
     let target = Offscreen::new(&gpu.device, [32, 32]).expect("small");
     let ground = terrain.ground_height_m(3_000.0, 2_250.0).map_or(0.0, f64::from);
     let eye_m = glam::DVec3::new(3_000.0, 2_250.0, ground + 20.0);
-    draw(&gpu, &mut renderer, &target, &Camera { eye_m, yaw_deg: 0.0, pitch_deg: 0.0, fov_deg: 60.0 })
-        .expect("drawn");
+    draw(
+        &gpu,
+        &mut renderer,
+        &target,
+        &Camera { eye_m, yaw_deg: 0.0, pitch_deg: 0.0, fov_deg: 60.0, ..Camera::default() },
+    )
+    .expect("drawn");
     let placement = renderer.placement().expect("prepared").clone();
     Case { placement, mesh: renderer.read_mesh().expect("read"), terrain }
 }
@@ -118,8 +123,13 @@ fn holes_leave_the_rest_of_the_mesh_conforming() {
         Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, &scene).expect("drawable");
     let target = Offscreen::new(&gpu.device, [32, 32]).expect("small");
     let eye_m = glam::DVec3::new(3_000.0, 2_250.0, 4_000.0);
-    draw(&gpu, &mut renderer, &target, &Camera { eye_m, yaw_deg: 0.0, pitch_deg: -90.0, fov_deg: 60.0 })
-        .expect("drawn");
+    draw(
+        &gpu,
+        &mut renderer,
+        &target,
+        &Camera { eye_m, yaw_deg: 0.0, pitch_deg: -90.0, fov_deg: 60.0, ..Camera::default() },
+    )
+    .expect("drawn");
     let placement = renderer.placement().expect("prepared").clone();
     let mesh = Mesh::from_gpu(&renderer.read_mesh().expect("read"));
     let all: Vec<Patch> = patches(&placement.windows).into_iter().map(|(_, p)| p).collect();

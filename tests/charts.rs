@@ -13,7 +13,8 @@ fn nodes(windows: &ChartWindows, patch: &Patch) -> Vec<Node> {
     let lattice = windows.charts[patch.chart as usize].lattice;
     let [w, h] = patch.cells().map(|v| v as i32);
     let at = |x: i32, y: i32| lattice.base(patch.level, [patch.rect.lo[0] + x, patch.rect.lo[1] + y]);
-    let mut out: Vec<[i32; 2]> = (0..=h).flat_map(|y| (0..=w).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect();
+    let mut out: Vec<[i32; 2]> =
+        (0..=h).flat_map(|y| (0..=w).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect();
     for (side, span) in patch.outer.iter().enumerate() {
         for cell in span.from as i32..span.to as i32 {
             for t in 1..1_i32 << span.log2 {

@@ -90,7 +90,7 @@ fn the_gpu_expands_any_factors_as_the_twin_does() {
     let target = Offscreen::new(&gpu.device, [32, 32]).expect("small");
     // So high that only the coarsest level is active.
     let eye = glam::DVec3::new(9_600.0, 9_600.0, 400_000.0);
-    let camera = Camera { eye_m: eye, yaw_deg: 0.0, pitch_deg: -90.0, fov_deg: 60.0 };
+    let camera = Camera { eye_m: eye, yaw_deg: 0.0, pitch_deg: -90.0, fov_deg: 60.0, ..Camera::default() };
     draw(&gpu, &mut renderer, &target, &camera).expect("drawable");
     let placement = renderer.placement().expect("prepared").clone();
     assert_eq!(placement.windows.finest, 5);

@@ -50,8 +50,13 @@ fn render(scene: &Scene) -> Vec<u8> {
         Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, scene).expect("drawable");
     let target = Offscreen::new(&gpu.device, SIZE).expect("small");
     let eye_m = glam::DVec3::new(3_900.0, -500.0, 4_500.0);
-    draw(&gpu, &mut renderer, &target, &Camera { eye_m, yaw_deg: 0.0, pitch_deg: -35.0, fov_deg: 60.0 })
-        .expect("drawn");
+    draw(
+        &gpu,
+        &mut renderer,
+        &target,
+        &Camera { eye_m, yaw_deg: 0.0, pitch_deg: -35.0, fov_deg: 60.0, ..Camera::default() },
+    )
+    .expect("drawn");
     target.read_rgba(&gpu.device, &gpu.queue).expect("read")
 }
 

@@ -21,7 +21,7 @@ fn too_little_room_is_reported_and_grows_to_the_same_mesh() {
     let scene = Scene { n: 63, cull: false, ..Scene::default() };
     let target = Offscreen::new(&gpu.device, [64, 64]).expect("small");
     let eye_m = glam::DVec3::new(4_000.0, 4_000.0, 300.0);
-    let camera = Camera { eye_m, yaw_deg: 10.0, pitch_deg: -20.0, fov_deg: 60.0 };
+    let camera = Camera { eye_m, yaw_deg: 10.0, pitch_deg: -20.0, fov_deg: 60.0, ..Camera::default() };
     let with = |capacity| {
         Renderer::with_capacity(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, &scene, capacity)
             .expect("drawable")
@@ -59,6 +59,7 @@ fn a_frame_that_is_prepared_and_never_recorded_loses_nothing() {
         yaw_deg: 0.0,
         pitch_deg: -20.0,
         fov_deg: 60.0,
+        ..Camera::default()
     };
     let make =
         || Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, &scene).expect("drawable");
@@ -85,7 +86,7 @@ fn standing_still_uploads_no_control_data_and_a_shift_at_most_64_bytes_a_level()
         Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, &scene).expect("drawable");
     let mut frame = |x: f64, y: f64| {
         let eye_m = glam::DVec3::new(x, y, 3_000.0);
-        let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -20.0, fov_deg: 60.0 };
+        let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -20.0, fov_deg: 60.0, ..Camera::default() };
         let upload = renderer.prepare(&camera, target.size).expect("prepared");
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         renderer.record_mesh(&mut encoder);

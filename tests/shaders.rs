@@ -8,7 +8,7 @@
 )]
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use tessclip::gpu::{Counters, GpuControlQuad, GpuFrame, PatchRecord, shader_sources};
+use tessclip::gpu::{Counters, GpuControlQuad, GpuFrame, Ground, PatchRecord, shader_sources};
 use tessclip::reference::Vertex;
 
 fn validate(text: &str) -> Result<naga::Module, String> {
@@ -23,7 +23,7 @@ fn validate(text: &str) -> Result<naga::Module, String> {
 /// The module with its overrides set, as the pipeline compiles it.
 fn variants(text: &str) -> Vec<String> {
     let mut out = vec![text.to_string()];
-    for name in ["MORPH", "HAS_VOIDS", "FOG"] {
+    for name in ["MORPH", "HAS_VOIDS", "FOG", "SHORT"] {
         out = out
             .iter()
             .flat_map(|t| {
@@ -51,14 +51,16 @@ fn variants(text: &str) -> Vec<String> {
 fn every_variant_of_every_shader_is_valid() {
     let mut count = 0;
     for source in shader_sources() {
-        let text = source.text();
-        validate(&text).unwrap_or_else(|e| panic!("{}: {e}", source.stem));
-        for variant in variants(&text) {
-            validate(&variant).unwrap_or_else(|e| panic!("{}: {e}", source.stem));
-            count += 1;
+        for ground in [Ground::Plane, Ground::Curved, Ground::Points] {
+            let text = source.text(ground);
+            validate(&text).unwrap_or_else(|e| panic!("{} {ground:?}: {e}", source.stem));
+            for variant in variants(&text) {
+                validate(&variant).unwrap_or_else(|e| panic!("{} {ground:?}: {e}", source.stem));
+                count += 1;
+            }
         }
     }
-    assert!(count >= 6 * 8 * 5);
+    assert!(count >= 3 * 6 * 16 * 5);
 }
 
 #[test]
@@ -89,14 +91,14 @@ macro_rules! rust_layout {
 
 #[test]
 fn shared_structs_have_the_same_members_offsets_and_sizes() {
-    let text = shader_sources()[4].text();
+    let text = shader_sources()[4].text(Ground::Plane);
     let module = validate(&text).expect("valid");
     let pairs: [(&str, Layout); 4] = [
         (
             "Frame",
             rust_layout!(
                 GpuFrame,
-                clip_from_anchor,
+                clip_from_near,
                 planes,
                 eye_from_anchor_m,
                 fog_per_m,
@@ -105,7 +107,8 @@ fn shared_structs_have_the_same_members_offsets_and_sizes() {
                 fog_color,
                 anchor_height_m,
                 height_range_m,
-                viewport_px,
+                sample_step_m,
+                spare,
                 spacing_m,
                 eye_samples,
                 anchor,
@@ -161,9 +164,9 @@ fn shared_structs_have_the_same_members_offsets_and_sizes() {
 
 #[test]
 fn a_struct_that_drifted_is_noticed() {
-    let text = shader_sources()[4].text().replace("    fog_per_m: f32,\n", "");
+    let text = shader_sources()[4].text(Ground::Plane).replace("    fog_per_m: f32,\n", "");
     let module = naga::front::wgsl::parse_str(&text).expect("parses");
     let (members, _) = wgsl_layout(&module, "Frame").expect("present");
-    let rust = rust_layout!(GpuFrame, clip_from_anchor, planes, eye_from_anchor_m, fog_per_m);
+    let rust = rust_layout!(GpuFrame, clip_from_near, planes, eye_from_anchor_m, fog_per_m);
     assert_ne!(members[..4], rust.0[..4]);
 }

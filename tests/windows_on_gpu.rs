@@ -30,7 +30,7 @@ fn flown(n: u32) -> Renderer {
         let t = f64::from(k);
         let jump = if k % 13 == 0 { 4_000.0 } else { 0.0 };
         let eye_m = glam::DVec3::new(900.0 + 190.0 * t - jump, 6_000.0 - 133.0 * t + jump, 3_000.0);
-        let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -20.0, fov_deg: 60.0 };
+        let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -20.0, fov_deg: 60.0, ..Camera::default() };
         draw(&gpu, &mut renderer, &target, &camera).expect("drawn");
     }
     renderer

@@ -1,7 +1,5 @@
 // Lattices, windows and edges. The same rules as src/clipmap and src/quads, which are tested against
-// naive oracles; no heights here.
-
-@group(0) @binding(0) var<uniform> frame: Frame;
+// naive oracles; no heights here. A lane is one level of one chart; plane/ and curved/ say which.
 
 struct Rect {
     lo: vec2<i32>,
@@ -15,19 +13,26 @@ fn node_of(level: u32, base: vec2<i32>) -> vec2<i32> {
 
 // Base sample under a node.
 fn base_of(level: u32, node: vec2<i32>) -> vec2<i32> {
-    return min(node << vec2<u32>(level), frame.last);
+    return min(node << vec2<u32>(level), data_last());
 }
 
-// Samples a level holds: its window where there is data.
+// Samples a level draws: its window where there is data.
 fn loaded(level: u32) -> Rect {
-    let lo = frame.origins[level].xy;
+    let lo = origin_of(level);
     let hi = lo + vec2<i32>(i32(frame.n) - 1i);
-    return Rect(max(lo, vec2<i32>(0i)), min(hi, node_of(level, frame.last)));
+    return Rect(max(lo, vec2<i32>(0i)), min(hi, node_of(level, data_last())));
+}
+
+// Samples a level keeps: one more beyond every border with another chart.
+fn held(level: u32) -> Rect {
+    let lo = origin_of(level);
+    let hi = lo + vec2<i32>(i32(frame.n) - 1i);
+    return Rect(max(lo, apron_lo()), min(hi, node_of(level, data_last()) + apron_hi()));
 }
 
 // Level whose samples own a vertex of a patch of `level`: shared edges belong to the finer one.
 fn owner_of(level: u32, base: vec2<i32>) -> u32 {
-    if level <= frame.finest {
+    if level <= finest_level() {
         return level;
     }
     let fine = loaded(level - 1u);
@@ -40,7 +45,7 @@ fn owner_of(level: u32, base: vec2<i32>) -> u32 {
 
 // True when the closed cells from `lo` to `hi` of `level` reach the finer level's window.
 fn touches_finer(level: u32, lo: vec2<i32>, hi: vec2<i32>) -> bool {
-    if level <= frame.finest {
+    if level <= finest_level() {
         return false;
     }
     let fine = loaded(level - 1u);
@@ -53,7 +58,7 @@ fn touches_finer(level: u32, lo: vec2<i32>, hi: vec2<i32>) -> bool {
 fn sample_address(level: u32, node: vec2<i32>) -> u32 {
     let side = frame.n + 1u;
     let wrapped = vec2<u32>(node & vec2<i32>(i32(frame.n)));
-    return (level * side + wrapped.y) * side + wrapped.x;
+    return (lane_of(level) * side + wrapped.y) * side + wrapped.x;
 }
 
 // Blocks of bounds: 16 x 16 cells, toroidal, twice the window's width so that both ragged ends fit.
@@ -64,5 +69,5 @@ fn block_side() -> u32 {
 fn block_address(level: u32, block: vec2<i32>) -> u32 {
     let side = block_side();
     let wrapped = vec2<u32>(block & vec2<i32>(i32(side) - 1i));
-    return (level * side + wrapped.y) * side + wrapped.x;
+    return (lane_of(level) * side + wrapped.y) * side + wrapped.x;
 }

@@ -41,14 +41,18 @@ fn ramp(t: f32) -> vec3<f32> {
     return mix(d, e, x - 3.0);
 }
 
-fn unpack_normal(packed: u32) -> vec3<f32> {
-    let uv = vec2<f32>(f32(packed & 0xfffu), f32((packed >> 12u) & 0xfffu)) / 4095.0 * 2.0 - 1.0;
-    return normalize(vec3<f32>(uv, 1.0 - abs(uv.x) - abs(uv.y)));
+@group(0) @binding(8) var<storage, read> vertices: array<Vertex>;
+@group(0) @binding(9) var<storage, read> indices: array<u32>;
+
+// The eye's coarse part is subtracted before the matrix, exactly: a millimetre of camera movement must not
+// drown in the rounding of far larger terms.
+fn clip_position(position: vec3<f32>) -> vec4<f32> {
+    return frame.clip_from_near * vec4<f32>(position - frame.eye_from_anchor_m, 1.0);
 }
 
 // One sun and a sky: hemispheric ambient.
-fn lit(albedo: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+fn lit(albedo: vec3<f32>, normal: vec3<f32>, up: f32) -> vec3<f32> {
     let sun = max(dot(normal, frame.sun_direction), 0.0) * vec3<f32>(2.1, 1.95, 1.7);
-    let sky = mix(vec3<f32>(0.30, 0.26, 0.22), vec3<f32>(0.75, 0.95, 1.25), normal.z * 0.5 + 0.5);
+    let sky = mix(vec3<f32>(0.30, 0.26, 0.22), vec3<f32>(0.75, 0.95, 1.25), up * 0.5 + 0.5);
     return albedo * (sun + sky * frame.ambient);
 }

@@ -12,7 +12,7 @@ const KIND_L = 2u;
 const KIND_FILL = 3u;
 
 struct Frame {
-    clip_from_anchor: mat4x4<f32>, // reverse depth, far plane at infinity
+    clip_from_near: mat4x4<f32>,   // of positions less eye_from_anchor_m; reverse depth, far plane at infinity
     planes: array<vec4<f32>, 5>,   // inward normals in anchor space, metres
     eye_from_anchor_m: vec3<f32>,
     fog_per_m: f32,
@@ -21,7 +21,8 @@ struct Frame {
     fog_color: vec3<f32>,          // linear
     anchor_height_m: f32,
     height_range_m: vec2<f32>,     // lowest and highest of the data
-    viewport_px: vec2<f32>,
+    sample_step_m: f32,            // metres a unit of samples sent as two bytes
+    spare: f32,
     spacing_m: vec2<f32>,          // between base samples
     eye_samples: vec2<f32>,        // camera minus anchor, in base samples
     anchor: vec2<i32>,             // base sample that positions are relative to
@@ -45,9 +46,21 @@ struct ControlQuad {
     patches_east: u32,
 }
 
+// Metres from the anchor; lo > hi when empty.
+struct Box {
+    lo: vec3<f32>,
+    hi: vec3<f32>,
+}
+
+// Who owns a vertex, once its chart is the current one.
+struct Owner {
+    level: u32,
+    base: vec2<i32>,
+}
+
 struct PatchRecord {
     cell: vec2<i32>,   // low corner in the level's lattice
-    shape: u32,        // cells east | cells north << 8 | level << 16 | kind << 24
+    shape: u32,        // cells east | cells north << 8 | level << 16 | kind << 24 | chart << 28
     outer_sn: u32,     // south span | north span << 16; span: from (5 bits) to (5 bits) log2 (4 bits)
     outer_we: u32,     // west span | east span << 16
     first_vertex: u32,
@@ -79,8 +92,10 @@ struct Counters {
 }
 
 struct Vertex {
-    x: f32, // metres east of the anchor
-    y: f32, // metres north
-    z: f32, // metres up
+    x: f32, // metres from the anchor along the world's axes: on a plane east,
+    y: f32, // north,
+    z: f32, // and up
     packed: u32, // octahedral normal 2 x 12 bits | level << 24 | kind << 29
 }
+
+@group(0) @binding(0) var<uniform> frame: Frame;

@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use clap::ValueEnum;
-use glam::DVec3;
-use tessclip::heights::{HeightGrid, NodataPolicy, ReadOptions, open_terrain};
+use tessclip::heights::{
+    HeightGrid, NodataPolicy, PositionGrid, ReadOptions, is_position_file, open_terrain,
+};
+use tessclip::surface::{Base, Ellipsoid};
 use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
 
 /// How voids are drawn.
@@ -15,13 +17,6 @@ pub enum Nodata {
     Hole,
     /// Filled smoothly from around
     Fill,
-}
-
-/// Base surfaces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Base {
-    /// A plane; degrees become metres at the data's centre latitude
-    Plane,
 }
 
 /// Prefilters.
@@ -83,39 +78,117 @@ impl ReadArgs {
 /// A terrain to draw.
 #[derive(Clone, Debug, clap::Args)]
 pub struct TerrainArgs {
-    /// A DEM file or procedural:NAME?seed=1&size=1025 (mountains, dunes, plain, cliff, spikes, checkerboard)
+    /// A DEM file, three rasters X,Y,Z or a three-band raster of positions, or
+    /// procedural:NAME?seed=1&size=1025 (mountains, dunes, plain, cliff, spikes, checkerboard, planet,
+    /// overhang, fold)
     pub terrain: String,
     #[command(flatten)]
     read: ReadArgs,
     /// How voids are drawn
     #[arg(long, value_enum, default_value = "hole")]
     nodata: Nodata,
-    /// Base surface
-    #[arg(long, value_enum, default_value = "plane")]
-    base: Base,
+    /// Base surface: plane, wgs84, moon, mars, sphere:R, ellipsoid:A,B, cylinder:R[,inside], torus:R,r or
+    /// sampled; by default wgs84 for data in degrees, sampled for positions, else plane
+    #[arg(long, value_name = "BASE")]
+    base: Option<Base>,
+    /// More DEMs in degrees on the same ellipsoid; the finest wins where they overlap
+    #[arg(long, value_name = "DEM")]
+    over: Vec<String>,
+    /// Factor on the heights
+    #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true)]
+    exaggeration: f64,
     /// How coarser levels are made
     #[arg(long, value_enum, default_value = "subsample")]
     prefilter: Filter,
 }
 
 impl TerrainArgs {
-    /// Reads the terrain; a void policy is applied.
+    /// Reads the terrain's heights; a void policy is applied.
     pub fn grid(&self) -> anyhow::Result<HeightGrid> {
-        let Base::Plane = self.base;
-        let grid = self.read.read(&self.terrain)?;
+        self.read_grid(&self.terrain)
+    }
+
+    fn read_grid(&self, terrain: &str) -> anyhow::Result<HeightGrid> {
+        let grid = self.read.read(terrain)?;
+        if grid.min_max_mean().is_none() {
+            bail!("{terrain}: every sample is void: there is nothing to draw");
+        }
         Ok(match self.nodata {
             Nodata::Hole => grid,
             Nodata::Fill => grid.with_nodata(NodataPolicy::Fill),
         })
     }
 
-    /// Reads the terrain and makes its pyramid.
+    /// Reads the terrain and puts it on its base surface.
     pub fn open(&self) -> anyhow::Result<Terrain> {
-        let grid = self.grid()?;
-        if grid.min_max_mean().is_none() {
-            bail!("{}: every sample is void: there is nothing to draw", self.terrain);
+        let factor = self.exaggeration;
+        if !factor.is_finite() || factor.abs() > 1e6 {
+            bail!("--exaggeration {factor}: give a number of at most 1e6 in magnitude");
         }
-        Ok(Terrain::new(&grid, self.prefilter()))
+        let terrain = self.open_plain()?;
+        let range = terrain.source.height_range().unwrap_or([0.0, 0.0]);
+        if range.iter().any(|h| f64::from(h.abs()) * factor.abs() > 1e12) {
+            bail!("--exaggeration {factor} lifts {}: heights may reach 1e12 m; lower it", self.terrain);
+        }
+        Ok(terrain.exaggerated(factor as f32))
+    }
+
+    fn open_plain(&self) -> anyhow::Result<Terrain> {
+        if let Some(positions) = self.positions()? {
+            match self.base {
+                None | Some(Base::Sampled) if self.over.is_empty() => {}
+                None | Some(Base::Sampled) => bail!("--over needs data in degrees, not positions"),
+                Some(base) => bail!("{}: holds positions, which make base sampled, not {base}", self.terrain),
+            }
+            if positions.valid.as_ref().is_some_and(|v| !v.contains(&true)) {
+                bail!("{}: every position is void: there is nothing to draw", self.terrain);
+            }
+            return Ok(Terrain::sampled(positions));
+        }
+        let grid = self.grid()?;
+        let geographic = grid.georeference.degrees.is_some();
+        let wgs84 = Base::Ellipsoid { a_m: Ellipsoid::WGS84.a, b_m: Ellipsoid::WGS84.b };
+        let base = self.base.unwrap_or(if geographic { wgs84 } else { Base::Plane });
+        if self.over.is_empty() {
+            return Terrain::on(&grid, base, self.prefilter()).with_context(|| self.terrain.clone());
+        }
+        let Base::Ellipsoid { a_m, b_m } = base else {
+            bail!("--over needs data in degrees on an ellipsoid, not base {base}");
+        };
+        let mut grids = vec![grid];
+        for dem in &self.over {
+            grids.push(self.read_grid(dem)?);
+        }
+        for (grid, name) in grids.iter().zip(std::iter::once(&self.terrain).chain(&self.over)) {
+            if grid.georeference.degrees.is_none() {
+                bail!("{name}: is not in degrees: only such data can share a globe");
+            }
+        }
+        Ok(Terrain::globe(grids, Ellipsoid { a: a_m, b: b_m })?)
+    }
+
+    /// The terrain as positions, when it holds such or base sampled asks for them.
+    fn positions(&self) -> anyhow::Result<Option<PositionGrid>> {
+        let recipe = self.terrain.strip_prefix("procedural:").filter(|r| PositionGrid::is_named(r));
+        if let Some(recipe) = recipe {
+            return Ok(Some(PositionGrid::parse(recipe)?));
+        }
+        if self.terrain.starts_with("procedural:") {
+            return Ok(None);
+        }
+        // x, y and z may come as three rasters.
+        let parts: Vec<&str> = self.terrain.split(',').collect();
+        if self.base == Some(Base::Sampled)
+            && let [x, y, z] = parts[..]
+        {
+            let grids = [self.read.read(x)?, self.read.read(y)?, self.read.read(z)?];
+            return Ok(Some(PositionGrid::from_grids(&grids[0], &grids[1], &grids[2])?));
+        }
+        let path = Path::new(&self.terrain);
+        if !is_position_file(path) {
+            return Ok(None);
+        }
+        Ok(Some(PositionGrid::read(path)?))
     }
 
     fn prefilter(&self) -> Prefilter {
@@ -200,28 +273,13 @@ impl LookArgs {
 pub fn camera(terrain: &Terrain, pose: Option<&str>, fov_deg: f64) -> anyhow::Result<Camera> {
     let camera = match pose {
         Some(text) => {
-            let [x, y, z, yaw_deg, pitch_deg] = Camera::parse_pose(text)?;
-            let [x, y] = terrain.world_from_native([x, y]);
-            Camera { eye_m: DVec3::new(x, y, z), yaw_deg, pitch_deg, fov_deg }
+            let pose = Camera::parse_pose(text)?;
+            terrain.camera(pose, fov_deg)
         }
-        None => overview(terrain, fov_deg),
+        None => terrain.overview(fov_deg),
     };
     camera.validate()?;
     Ok(camera)
-}
-
-/// From the south, high enough to see all of it.
-pub fn overview(terrain: &Terrain, fov_deg: f64) -> Camera {
-    let [low, high] = terrain.extent_m();
-    let range = terrain.source.height_range().unwrap_or([0.0, 0.0]).map(f64::from);
-    let middle = DVec3::new(
-        f64::midpoint(low[0], high[0]),
-        f64::midpoint(low[1], high[1]),
-        f64::midpoint(range[0], range[1]),
-    );
-    let reach = (high[0] - low[0]).max(high[1] - low[1]);
-    let eye = middle + DVec3::new(0.0, -0.72 * reach, 0.5 * reach);
-    Camera::looking_at(eye, middle, fov_deg)
 }
 
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {

@@ -12,7 +12,6 @@ use tessclip::report::write_report;
 use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
 
 use super::Outcome;
-use super::args::overview;
 use super::fly::Flight;
 use super::paths::CameraPath;
 use super::picture::{picture, write_png};
@@ -79,7 +78,13 @@ fn views(terrain: &Terrain) -> Vec<(&'static str, Scene, Camera)> {
     let stand = |u: f64, v: f64, above: f64, yaw_deg: f64, pitch_deg: f64| {
         let [x, y] = at(u, v);
         let ground = terrain.ground_height_m(x, y).map_or(0.0, f64::from);
-        Camera { eye_m: DVec3::new(x, y, ground + above), yaw_deg, pitch_deg, fov_deg: 60.0 }
+        Camera {
+            eye_m: DVec3::new(x, y, ground + above),
+            yaw_deg,
+            pitch_deg,
+            fov_deg: 60.0,
+            ..Camera::default()
+        }
     };
     let plain = Scene::default;
     let colored = |color| Scene { color, ..Scene::default() };
@@ -89,7 +94,7 @@ fn views(terrain: &Terrain) -> Vec<(&'static str, Scene, Camera)> {
         ("3-valley", plain(), stand(0.22, 0.30, 1_500.0, 20.0, -14.0)),
         ("4-flight", plain(), stand(0.50, 0.15, 2_500.0, 0.0, -18.0)),
         ("5-high", plain(), stand(0.50, 0.02, 9_000.0, 0.0, -28.0)),
-        ("6-overview", Scene { fog: false, ..plain() }, overview(terrain, 60.0)),
+        ("6-overview", Scene { fog: false, ..plain() }, terrain.overview(60.0)),
         (
             "7-levels-wireframe",
             Scene { n: 63, wireframe: true, ..colored(ColorMode::Levels) },

@@ -56,6 +56,7 @@ impl CameraPath {
             yaw_deg: a.yaw + turn * s,
             pitch_deg: mix(a.pitch, b.pitch),
             fov_deg,
+            ..Camera::default()
         };
         (t, camera)
     }

@@ -158,7 +158,8 @@ impl ChartGraph {
     /// # Errors
     /// As [`ClipmapShape::new`]; glued charts need n of at least 31, or levels could differ by two.
     pub fn shape(&self, n: u32, levels: Option<u32>) -> Result<ClipmapShape, ClipmapError> {
-        let longest = self.charts.iter().map(|c| c.lattice.last).fold([1, 1], |m, l| [m[0].max(l[0]), m[1].max(l[1])]);
+        let longest =
+            self.charts.iter().map(|c| c.lattice.last).fold([1, 1], |m, l| [m[0].max(l[0]), m[1].max(l[1])]);
         let lattice = Lattice { last: longest };
         let covering = ClipmapShape::covering(n, lattice)?;
         if !self.is_glued() {
@@ -168,6 +169,11 @@ impl ChartGraph {
             };
         }
         if n < 31 {
+            return Err(ClipmapError::GluedWindowSize { n });
+        }
+        // Sixteen levels of a small window need not reach around a large surface.
+        let reach = i64::from(2 * covering.m() - 2) << (covering.levels() - 1);
+        if reach < i64::from(longest[0].max(longest[1])) {
             return Err(ClipmapError::GluedWindowSize { n });
         }
         // Where the surface is closed, everything must be covered: fewer levels would leave holes.
@@ -276,7 +282,13 @@ pub struct ChartWindows {
 impl ChartWindows {
     /// Places the windows of all charts around `centre` of chart `home`, in base cells.
     #[must_use]
-    pub fn place(graph: &ChartGraph, shape: ClipmapShape, home: usize, centre: [f64; 2], finest: u32) -> Self {
+    pub fn place(
+        graph: &ChartGraph,
+        shape: ClipmapShape,
+        home: usize,
+        centre: [f64; 2],
+        finest: u32,
+    ) -> Self {
         let reach = f64::from(2 * shape.m() - 2);
         let entries = graph.entries(home, centre);
         let glued = graph.is_glued();

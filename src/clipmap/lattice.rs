@@ -84,6 +84,19 @@ impl Lattice {
         [(index[0] << level).min(self.last[0]), (index[1] << level).min(self.last[1])]
     }
 
+    /// Base index along `axis` of a node that may lie beyond the data, where the lattice continues evenly.
+    #[must_use]
+    pub fn base_beyond(self, level: u32, axis: usize, node: i32) -> i64 {
+        let (last, end) = (self.last[axis], self.last_at(level)[axis]);
+        if node > end {
+            i64::from(last) + (i64::from(node - end) << level)
+        } else if node == end {
+            i64::from(last)
+        } else {
+            i64::from(node) << level
+        }
+    }
+
     /// Node of `level` at base index `base`, which must be a node of that level.
     #[must_use]
     pub fn node(self, level: u32, base: [i32; 2]) -> [i32; 2] {

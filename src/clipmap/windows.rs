@@ -27,7 +27,7 @@ pub enum ClipmapError {
         most: u32,
     },
     /// `n` is too small where charts are glued.
-    #[error("window size n = {n} is too small on this base surface: take 31 or more")]
+    #[error("window size n = {n} is too small for this base surface: take the next larger one, 31 or more")]
     GluedWindowSize {
         /// What was asked for.
         n: u32,

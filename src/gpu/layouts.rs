@@ -12,7 +12,7 @@ use crate::quads::{
 #[repr(C)]
 #[allow(missing_docs, reason = "documented beside the WGSL members of the same names")]
 pub struct GpuFrame {
-    pub clip_from_anchor: [[f32; 4]; 4],
+    pub clip_from_near: [[f32; 4]; 4],
     pub planes: [[f32; 4]; 5],
     pub eye_from_anchor_m: [f32; 3],
     pub fog_per_m: f32,
@@ -21,7 +21,8 @@ pub struct GpuFrame {
     pub fog_color: [f32; 3],
     pub anchor_height_m: f32,
     pub height_range_m: [f32; 2],
-    pub viewport_px: [f32; 2],
+    pub sample_step_m: f32,
+    pub spare: f32,
     pub spacing_m: [f32; 2],
     pub eye_samples: [f32; 2],
     pub anchor: [i32; 2],
@@ -132,10 +133,10 @@ impl PatchRecord {
     }
 }
 
-/// Control points of all levels as the GPU reads them: `x | y << 16`, 4 bytes a point.
-pub(crate) fn packed_points(windows: &Windows) -> Vec<u32> {
+/// Control points of all lanes as the GPU reads them: `x | y << 16`, 4 bytes a point.
+pub(crate) fn packed_points(windows: &Windows, lanes: usize) -> Vec<u32> {
     let one: Vec<u32> = control_points(windows.shape).iter().map(|p| p[0] | p[1] << 16).collect();
-    one.repeat(windows.shape.levels() as usize)
+    one.repeat(lanes)
 }
 
 /// The unchanging part of a level's quads; the same for all levels.

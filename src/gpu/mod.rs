@@ -2,6 +2,7 @@
 //! renderer above it, that imports wgpu.
 
 mod buffers;
+mod curve;
 mod device;
 pub(crate) mod layouts;
 mod offscreen;
@@ -9,9 +10,12 @@ pub(crate) mod passes;
 mod readback;
 mod shaders;
 
-pub use buffers::{Buffers, Capacity};
+pub(crate) use buffers::{BLOCK_SIDE, block_cells};
+pub use buffers::{Buffers, Capacity, CurvedBuffers, Extent};
+pub(crate) use curve::packed_charts;
+pub use curve::{GpuChart, GpuCurve, GpuCurveLevel};
 pub use device::{Gpu, GpuError};
 pub use layouts::{Counters, GpuControlQuad, GpuFrame, PatchRecord};
 pub use offscreen::Offscreen;
 pub use readback::{GpuMesh, read_buffer};
-pub use shaders::{ShaderModuleSource, shader_sources};
+pub use shaders::{Ground, ShaderModuleSource, shader_sources};

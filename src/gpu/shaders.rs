@@ -1,44 +1,107 @@
 //! Shader modules: each pass's file behind the shared files it imports.
 //!
-//! Composition is concatenation in a fixed order; variants come from `override` constants, never
-//! from copies. tests/shaders.rs validates every module with exactly the features we request.
+//! Composition is concatenation in a fixed order: what all share, then what a plane or a curved base
+//! surface needs, then the pass. Smaller variants come from `override` constants, never from copies.
+//! tests/shaders.rs validates every module with exactly the features we request.
 
-const STRUCTS: &str = include_str!("../../shaders/shared/structs.wgsl");
-const LATTICE: &str = include_str!("../../shaders/shared/lattice.wgsl");
-const POSITIONS: &str = include_str!("../../shaders/shared/positions.wgsl");
-const SHADING: &str = include_str!("../../shaders/shared/shading.wgsl");
+/// What samples are and where their positions come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Ground {
+    /// Heights on a plane.
+    Plane,
+    /// Heights on a curved surface.
+    Curved,
+    /// Positions.
+    Points,
+}
+
+macro_rules! text {
+    ($name:literal) => {
+        include_str!(concat!("../../shaders/", $name, ".wgsl"))
+    };
+}
+
+const SHARED: [&str; 2] = [text!("shared/structs"), text!("shared/lattice")];
+const PLANE: &str = text!("plane/lattice");
+const CURVED: [&str; 2] = [text!("curved/space"), text!("curved/lattice")];
 
 /// A composed module: its stem (shader, twin, pass and test prefix) and its parts in order.
 #[derive(Clone, Copy, Debug)]
 pub struct ShaderModuleSource {
     /// Stem of the pass.
     pub stem: &'static str,
-    parts: &'static [&'static str],
+    text: &'static str,
+    plane: &'static [&'static str],
+    curved: &'static [&'static str],
+    points: &'static [&'static str],
 }
 
 impl ShaderModuleSource {
     /// The whole WGSL text.
     #[must_use]
-    pub fn text(&self) -> String {
-        self.parts.join("\n")
+    pub fn text(&self, ground: Ground) -> String {
+        let mut parts = SHARED.to_vec();
+        match ground {
+            Ground::Plane => {
+                parts.push(PLANE);
+                parts.extend(self.plane);
+            }
+            Ground::Curved => {
+                parts.extend(CURVED);
+                parts.extend(self.curved);
+            }
+            Ground::Points => {
+                parts.extend(CURVED);
+                parts.extend(self.points);
+            }
+        }
+        parts.push(self.text);
+        parts.join("\n")
     }
 }
 
-macro_rules! module {
-    ($stem:literal, $($part:ident),*) => {
-        ShaderModuleSource {
-            stem: $stem,
-            parts: &[STRUCTS, LATTICE, $($part,)* include_str!(concat!("../../shaders/", $stem, ".wgsl"))],
-        }
-    };
-}
-
-pub(crate) const DISPLACE_SAMPLES: ShaderModuleSource = module!("displace_samples",);
-pub(crate) const BOUND_BLOCKS: ShaderModuleSource = module!("bound_blocks",);
-pub(crate) const CULL_QUADS: ShaderModuleSource = module!("cull_quads",);
-pub(crate) const COMPACT_PATCHES: ShaderModuleSource = module!("compact_patches",);
-pub(crate) const EXPAND_PATCHES: ShaderModuleSource = module!("expand_patches", POSITIONS);
-pub(crate) const DRAW_TERRAIN: ShaderModuleSource = module!("draw_terrain", SHADING);
+pub(crate) const DISPLACE_SAMPLES: ShaderModuleSource = ShaderModuleSource {
+    stem: "displace_samples",
+    text: text!("displace_samples"),
+    plane: &[text!("plane/store")],
+    curved: &[text!("curved/shade"), text!("curved/store_heights")],
+    points: &[text!("curved/shade"), text!("curved/store_points")],
+};
+pub(crate) const BOUND_BLOCKS: ShaderModuleSource = ShaderModuleSource {
+    stem: "bound_blocks",
+    text: text!("bound_blocks"),
+    plane: &[text!("plane/bound")],
+    curved: &[text!("curved/bound")],
+    points: &[text!("curved/bound")],
+};
+pub(crate) const CULL_QUADS: ShaderModuleSource = ShaderModuleSource {
+    stem: "cull_quads",
+    text: text!("cull_quads"),
+    plane: &[text!("plane/bounds")],
+    curved: &[text!("curved/bounds")],
+    points: &[text!("curved/bounds")],
+};
+pub(crate) const COMPACT_PATCHES: ShaderModuleSource = ShaderModuleSource {
+    stem: "compact_patches",
+    text: text!("compact_patches"),
+    plane: &[],
+    curved: &[],
+    points: &[],
+};
+pub(crate) const EXPAND_PATCHES: ShaderModuleSource = ShaderModuleSource {
+    stem: "expand_patches",
+    text: text!("expand_patches"),
+    plane: &[text!("plane/positions")],
+    curved: &[text!("curved/positions")],
+    points: &[text!("curved/positions")],
+};
+pub(crate) const DRAW_TERRAIN: ShaderModuleSource = ShaderModuleSource {
+    stem: "draw_terrain",
+    text: text!("draw_terrain"),
+    plane: &[text!("shared/shading"), text!("plane/relief")],
+    curved: &[text!("shared/shading"), text!("curved/relief")],
+    points: &[text!("shared/shading"), text!("curved/relief")],
+};
 
 /// Every module of the renderer, in the order of the frame.
 #[must_use]

@@ -173,6 +173,54 @@ pub enum HeightError {
         /// Length of the buffer.
         got: usize,
     },
+    /// The file has other bands than positions need.
+    #[error(
+        "{}: {detail} are no positions; give 3 bands of 32- or 64-bit floats: x, y, z in metres",
+        path.display()
+    )]
+    NotPositions {
+        /// The path as given.
+        path: PathBuf,
+        /// What was found, for example "1 bands of 16-bit samples, format 2".
+        detail: String,
+    },
+    /// The buffer given to [`crate::heights::PositionGrid`] has the wrong length.
+    #[error("{width} x {height} nodes need {expected} positions, but {got} were given")]
+    PositionCount {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Width times height.
+        expected: usize,
+        /// Length of the buffer.
+        got: usize,
+    },
+    /// A position is so far away that its squares are not safe; often an undeclared void value.
+    #[error(
+        "{subject}: the node in column {column}, row {row} has a coordinate of {value_m:e} m; \
+         keep within 1e12 m, or declare the value as nodata"
+    )]
+    FarPosition {
+        /// File or recipe.
+        subject: String,
+        /// Column of the first such node, from the first.
+        column: usize,
+        /// Its row, from the first (in the grid's order: south).
+        row: usize,
+        /// The coordinate, metres.
+        value_m: f64,
+    },
+    /// The rasters of x, y and z differ in size.
+    #[error("the rasters of x, y and z have {x:?}, {y:?} and {z:?} samples; give three of equal size")]
+    UnequalGrids {
+        /// Columns and rows of the raster of x.
+        x: [usize; 2],
+        /// Columns and rows of the raster of y.
+        y: [usize; 2],
+        /// Columns and rows of the raster of z.
+        z: [usize; 2],
+    },
     /// No procedural terrain has this name.
     #[error("procedural:{name}: unknown terrain; known: {known}")]
     UnknownProcedural {

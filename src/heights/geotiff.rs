@@ -32,11 +32,7 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<HeightGrid, Hei
     let dtype = check(path, &layout, options)?;
 
     std::io::Seek::rewind(&mut file).map_err(io)?;
-    let mut limits = Limits::default();
-    limits.decoding_buffer_size = MAX_BLOCK_BYTES as usize;
-    limits.intermediate_buffer_size = MAX_BLOCK_BYTES as usize;
-    let source = Patched::new(file, &layout);
-    let mut decoder = Decoder::new(source).map_err(bad)?.with_limits(limits);
+    let mut decoder = decoder(file, &layout).map_err(bad)?;
 
     let tags = geo_tags(&mut decoder).map_err(bad)?;
     let placed = geokeys::place(path, &tags, layout.height)?;
@@ -86,7 +82,7 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<HeightGrid, Hei
 }
 
 /// Checks everything that can be told from the layout; gives the sample type's name.
-fn check(path: &Path, p: &Probe, options: &ReadOptions) -> Result<&'static str, HeightError> {
+pub(crate) fn check(path: &Path, p: &Probe, options: &ReadOptions) -> Result<&'static str, HeightError> {
     let unsupported = |detail: String| Err(HeightError::unsupported(path, FORMAT, detail));
     let malformed = |detail: String| Err(HeightError::malformed(path, FORMAT, detail));
     match p.photometric {
@@ -163,7 +159,15 @@ fn unsupported_compression(code: u64) -> Option<String> {
     Some(name.to_owned())
 }
 
-type Reader = Decoder<Patched<BufReader<File>>>;
+pub(crate) type Reader = Decoder<Patched<BufReader<File>>>;
+
+/// A decoder of a rewound file, limited to blocks of 1 GiB.
+pub(crate) fn decoder(file: BufReader<File>, layout: &Probe) -> Result<Reader, tiff::TiffError> {
+    let mut limits = Limits::default();
+    limits.decoding_buffer_size = MAX_BLOCK_BYTES as usize;
+    limits.intermediate_buffer_size = MAX_BLOCK_BYTES as usize;
+    Ok(Decoder::new(Patched::new(file, layout))?.with_limits(limits))
+}
 
 /// The placement tags; a tag that is there but cannot be read is an error.
 fn geo_tags(decoder: &mut Reader) -> Result<GeoTags, tiff::TiffError> {
@@ -182,7 +186,11 @@ fn geo_tags(decoder: &mut Reader) -> Result<GeoTags, tiff::TiffError> {
 
 /// At most `limit` bytes of a text tag. Raw, because files in use lack the final zero byte or
 /// hold bytes that are no UTF-8.
-fn raw_tag(decoder: &mut Reader, tag: Tag, limit: usize) -> Result<Option<String>, tiff::TiffError> {
+pub(crate) fn raw_tag(
+    decoder: &mut Reader,
+    tag: Tag,
+    limit: usize,
+) -> Result<Option<String>, tiff::TiffError> {
     let mut bytes = vec![0; limit];
     let found = decoder.image_ifd().find_tag_bytes(tag, &mut bytes, 0)?;
     Ok(found.map(|length| {
@@ -191,8 +199,10 @@ fn raw_tag(decoder: &mut Reader, tag: Tag, limit: usize) -> Result<Option<String
     }))
 }
 
+/// Whether a block is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Chunk {
+pub(crate) enum Chunk {
+    /// It is, within the file.
     Stored,
     /// Left out of the file.
     Sparse,
@@ -200,7 +210,11 @@ enum Chunk {
 
 /// What is stored of every block. Refuses a block that lies outside the file, before any memory
 /// is taken for the samples.
-fn chunk_table(path: &Path, decoder: &mut Reader, file_bytes: u64) -> Result<Vec<Chunk>, HeightError> {
+pub(crate) fn chunk_table(
+    path: &Path,
+    decoder: &mut Reader,
+    file_bytes: u64,
+) -> Result<Vec<Chunk>, HeightError> {
     let bad = |e: tiff::TiffError| HeightError::malformed(path, FORMAT, e);
     let (offsets, counts) = match decoder.get_chunk_type() {
         ChunkType::Strip => (Tag::StripOffsets, Tag::StripByteCounts),

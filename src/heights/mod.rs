@@ -2,7 +2,8 @@
 //!
 //! The layer turns one file, or one procedural recipe, into one [`HeightGrid`]: finite heights in
 //! metres on a regular grid, row 0 in the south and column 0 in the west, with a mask for voids
-//! and a plane coordinate frame in metres.
+//! and a plane coordinate frame in metres. Terrain that no height over a plane can describe comes as a
+//! [`PositionGrid`] instead: one position in metres for each node.
 //!
 //! It knows no projection mathematics beyond a constant scale of degrees to metres at the centre
 //! latitude of the data, it never resamples or mosaics, and it knows nothing of meshes, levels of
@@ -22,7 +23,13 @@ mod hgt;
 mod landform;
 mod noise;
 mod open;
+mod planet;
 mod png;
+mod position_recipe;
+mod position_tiff;
+#[cfg(test)]
+mod position_tiff_tests;
+mod positions;
 mod procedural;
 mod raster;
 mod samples;
@@ -33,4 +40,10 @@ pub use error::HeightError;
 pub use geo::{Degrees, Georeference};
 pub use grid::{HeightGrid, NodataPolicy, ReadOptions};
 pub use open::{open_file, open_terrain};
+pub use planet::Planet;
+pub use position_recipe::PositionKind;
+pub use position_tiff::is_position_file;
+pub use positions::PositionGrid;
 pub use procedural::{Procedural, ProceduralKind};
+
+pub(crate) use noise::smoothstep;

@@ -4,13 +4,14 @@ use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use super::{HeightError, HeightGrid, Procedural, ReadOptions, geotiff, hgt, png};
+use super::{HeightError, HeightGrid, Planet, Procedural, ReadOptions, geotiff, hgt, png};
 
 /// Opens `procedural:NAME?key=value&...` or, for anything else, the file at that path.
 ///
-/// Errors: those of [`open_file`] and of [`Procedural::parse`].
+/// Errors: those of [`open_file`], of [`Procedural::parse`] and of [`Planet::parse`].
 pub fn open_terrain(spec: &str, options: &ReadOptions) -> Result<HeightGrid, HeightError> {
     match spec.strip_prefix("procedural:") {
+        Some(recipe) if Planet::is_named(recipe) => Planet::parse(recipe, options)?.to_grid_with(options),
         Some(recipe) => Procedural::parse(recipe, options)?.to_grid_with(options),
         None => open_file(Path::new(spec), options),
     }

@@ -87,7 +87,7 @@ impl Procedural {
         let Some(kind) = kinds.into_iter().find(|k| k.name() == name) else {
             return Err(HeightError::UnknownProcedural {
                 name: super::error::one_line(name),
-                known: kinds.map(ProceduralKind::name).join(", "),
+                known: format!("{}, {}", kinds.map(ProceduralKind::name).join(", "), super::planet::NAME),
             });
         };
         let mut made = Self::new(kind);

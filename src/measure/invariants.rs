@@ -254,6 +254,7 @@ fn camera_at(terrain: &Terrain, centre: [f64; 2], k: usize) -> Camera {
         yaw_deg: (k * 47 % 360) as f64,
         pitch_deg: [-5.0, -30.0, -80.0][k % 3],
         fov_deg: 60.0,
+        ..Camera::default()
     }
 }
 

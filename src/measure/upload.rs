@@ -11,8 +11,12 @@ pub struct FrameUpload {
     pub control_bytes: u64,
     /// Bytes of the frame uniform: camera, planes, window origins.
     pub uniform_bytes: u64,
-    /// Bytes of height samples, 4 a sample.
+    /// Bytes of samples: 4 each as heights, 2 where all are whole numbers of a step, 12 as positions.
     pub height_bytes: u64,
+    /// Bytes of one sample on its way.
+    pub sample_bytes: u64,
+    /// Bytes of records of a curved base surface.
+    pub surface_bytes: u64,
     /// Least samples these shifts can need: `n (|dx| + |dy|) - |dx| |dy|` a level, data's border ignored.
     pub height_bound_samples: u64,
     /// Levels whose window moved.
@@ -32,6 +36,8 @@ pub struct UploadLedger {
     pub height_bytes: u64,
     /// Least that could be sent for the same shifts, bytes.
     pub height_bytes_bound: u64,
+    /// Records of a curved base surface after the first frame, bytes.
+    pub surface_bytes: u64,
     /// Vertex data sent by the CPU, bytes: none, ever.
     pub vertex_bytes: u64,
     /// Index data sent by the CPU, bytes: none, ever.
@@ -59,7 +65,8 @@ impl UploadLedger {
             self.control_bytes += frame.control_bytes;
             self.control_bytes_max_frame = self.control_bytes_max_frame.max(frame.control_bytes);
             self.height_bytes += frame.height_bytes;
-            self.height_bytes_bound += frame.height_bound_samples * 4;
+            self.height_bytes_bound += frame.height_bound_samples * frame.sample_bytes;
+            self.surface_bytes += frame.surface_bytes;
             self.shifts += frame.shifts;
         }
         self.frames += 1;

@@ -11,6 +11,7 @@ pub struct MemoryPyramid {
     levels: Vec<Level>,
     range: Option<[f32; 2]>,
     has_voids: bool,
+    step_m: Option<f32>,
 }
 
 #[derive(Debug)]
@@ -34,13 +35,16 @@ impl MemoryPyramid {
         }
         let has_voids = samples.contains(&VOID);
         let range = grid.min_max_mean().map(|(min, max, _)| [min, max]);
+        // A low-pass makes fractions; and whole metres are looked for in the values, whatever the type
+        // of the source says.
+        let step_m = super::whole_metres(&samples).filter(|_| prefilter == Prefilter::Subsample);
         let mut levels = vec![Level { size, samples }];
         let most = lattice_of(size).coarsest_level();
         for l in 0..most as usize {
             let (samples, size) = halve(&levels[l].samples, levels[l].size, prefilter);
             levels.push(Level { size, samples });
         }
-        Self { levels, range, has_voids }
+        Self { levels, range, has_voids, step_m }
     }
 }
 
@@ -72,5 +76,27 @@ impl SampleSource for MemoryPyramid {
 
     fn height_range(&self) -> Option<[f32; 2]> {
         self.range
+    }
+
+    fn step_m(&self) -> Option<f32> {
+        self.step_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{HeightGrid, MemoryPyramid, Prefilter, SampleSource};
+
+    #[test]
+    fn only_whole_metres_travel_as_whole_metres() {
+        let step = |heights: [f32; 4], prefilter| {
+            let grid = HeightGrid::new(2, 2, heights.to_vec()).unwrap();
+            MemoryPyramid::new(&grid, prefilter).step_m()
+        };
+        assert_eq!(step([1.0, f32::NAN, -32_767.0, 32_767.0], Prefilter::Subsample), Some(1.0));
+        assert_eq!(step([1.0, 2.0, 3.0, 4.0], Prefilter::LowPass), None);
+        assert_eq!(step([1.0, 2.5, 3.0, 4.0], Prefilter::Subsample), None);
+        assert_eq!(step([1.0, 2.0, 3.0, 32_768.0], Prefilter::Subsample), None);
+        assert_eq!(step([1.0, 2.0, 3.0, -32_768.0], Prefilter::Subsample), None);
     }
 }

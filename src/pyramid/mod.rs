@@ -1,13 +1,22 @@
 //! The pyramid: a height grid and its coarser levels, read by rectangles.
 //!
 //! Levels are reached only through [`SampleSource`]: the seam where a tile cache over a store on
-//! disk takes the place of the pyramid in memory. Nothing above knows which it is.
+//! disk takes the place of the pyramid in memory. Nothing above knows which it is. A whole planet comes
+//! through it as well, one [`GlobeFace`] for each chart, with samples made when they are asked for.
 
+mod globe;
 mod memory;
+mod points;
 mod prefilter;
+mod ring;
+mod scaled;
 
+pub use globe::{Globe, GlobeError, GlobeFace};
 pub use memory::MemoryPyramid;
+pub use points::PointHeights;
 pub use prefilter::Prefilter;
+pub use ring::{Ring, RingChart};
+pub use scaled::Scaled;
 
 use crate::clipmap::{Lattice, Rect};
 
@@ -30,10 +39,22 @@ pub trait SampleSource: Send + Sync {
     /// Lowest and highest valid height of the finest level in metres; `None` when all is void.
     fn height_range(&self) -> Option<[f32; 2]>;
 
+    /// `Some(s)` when every sample of every level is a whole multiple of `s` metres that fits an `i16`
+    /// (voids aside), so that it may travel as two bytes.
+    fn step_m(&self) -> Option<f32> {
+        None
+    }
+
     /// One sample, as [`SampleSource::read`] gives it.
     fn sample(&self, level: u32, index: [i32; 2]) -> f32 {
         let mut out = Vec::with_capacity(1);
         self.read(level, Rect { lo: index, hi: index }, &mut out);
         out.first().copied().unwrap_or(VOID)
     }
+}
+
+/// `Some(1.0)` when all samples but voids are whole metres that fit 16 bits.
+fn whole_metres(samples: &[f32]) -> Option<f32> {
+    let whole = |h: &f32| *h == VOID || (h.fract() == 0.0 && h.abs() <= f32::from(i16::MAX));
+    samples.iter().all(whole).then_some(1.0)
 }

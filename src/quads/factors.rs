@@ -70,8 +70,7 @@ pub fn chart_spans(windows: &ChartWindows, chart: usize, level: u32, rect: Rect)
     let last = own.lattice.last_at(level);
     for side in Side::ALL {
         let (along, across) = (side.along(), 1 - side.along());
-        let on_border =
-            if side.is_high() { rect.hi[across] == last[across] } else { rect.lo[across] == 0 };
+        let on_border = if side.is_high() { rect.hi[across] == last[across] } else { rect.lo[across] == 0 };
         if !on_border {
             continue;
         }

@@ -4,20 +4,45 @@ use glam::DVec3;
 
 use super::{Renderer, State};
 use crate::camera::Camera;
-use crate::clipmap::{Refill, Windows, height_bound};
-use crate::gpu::GpuFrame;
+use crate::clipmap::{ChartWindows, Strip, height_bound, refill_strips};
 use crate::gpu::passes::FrameWork;
+use crate::gpu::{GpuFrame, Ground, packed_charts};
 use crate::measure::FrameUpload;
+use crate::pyramid::VOID;
 use crate::quads::slots_per_level;
 
 impl Renderer {
-    /// Control data: everything once, then only the L's corners of levels whose L moved.
-    pub(super) fn upload_control(&self, old: Option<&Windows>, new: &Windows, upload: &mut FrameUpload) {
+    /// Levels of all charts.
+    fn lanes(&self) -> u32 {
+        self.shape.levels() * self.plan.variant.charts
+    }
+
+    /// Control data: everything once, then only the L's corners of levels whose L moved, and where the
+    /// windows of glued charts stand.
+    pub(super) fn upload_control(
+        &self,
+        old: Option<&ChartWindows>,
+        new: &ChartWindows,
+        upload: &mut FrameUpload,
+    ) {
+        use crate::gpu::layouts::{packed_corners, packed_l_corners, packed_points, packed_quads};
+        let levels = self.shape.levels();
+        if let Some(curved) = &self.buffers.curved {
+            let now = packed_charts(new);
+            let before = old.map(packed_charts);
+            for (k, chart) in now.iter().enumerate() {
+                if before.as_ref().is_none_or(|b| b[k] != *chart) {
+                    let at = k * size_of_val(chart);
+                    self.queue.write_buffer(&curved.charts, at as u64, bytemuck::bytes_of(chart));
+                    upload.uniform_bytes += size_of_val(chart) as u64;
+                }
+            }
+        }
         let Some(old) = old else {
-            let points = crate::gpu::layouts::packed_points(new);
-            let quads = crate::gpu::layouts::packed_quads(new);
+            let points = packed_points(&new.charts[0], self.lanes() as usize);
+            let quads = packed_quads(&new.charts[0]);
             let corners: Vec<u32> =
-                (0..self.shape.levels()).flat_map(|l| crate::gpu::layouts::packed_corners(new, l)).collect();
+                new.charts.iter().flat_map(|w| (0..levels).flat_map(|l| packed_corners(w, l))).collect();
             self.queue.write_buffer(&self.buffers.control_points, 0, bytemuck::cast_slice(&points));
             self.queue.write_buffer(&self.buffers.control_quads, 0, bytemuck::cast_slice(&quads));
             self.queue.write_buffer(&self.buffers.quad_corners, 0, bytemuck::cast_slice(&corners));
@@ -26,98 +51,172 @@ impl Renderer {
             upload.control_bytes += bytes as u64;
             return;
         };
-        for level in 1..self.shape.levels() {
-            if old.l_position_of_data(level) == new.l_position_of_data(level) {
-                continue;
+        for (chart, (was, is)) in (0_u32..).zip(old.charts.iter().zip(&new.charts)) {
+            for level in 1..levels {
+                if was.l_position_of_data(level) == is.l_position_of_data(level) {
+                    continue;
+                }
+                let corners = packed_l_corners(is, level);
+                let lane = (chart * levels + level) as usize;
+                let first = lane * crate::quads::QUADS_PER_LEVEL + crate::quads::L_FIRST;
+                self.queue.write_buffer(
+                    &self.buffers.quad_corners,
+                    (first * 4) as u64,
+                    bytemuck::cast_slice(&corners),
+                );
+                upload.control_bytes += size_of_val(&corners) as u64;
             }
-            let corners = crate::gpu::layouts::packed_l_corners(new, level);
-            let first = level as usize * crate::quads::QUADS_PER_LEVEL + crate::quads::L_FIRST;
-            self.queue.write_buffer(
-                &self.buffers.quad_corners,
-                (first * 4) as u64,
-                bytemuck::cast_slice(&corners),
-            );
-            upload.control_bytes += size_of_val(&corners) as u64;
         }
     }
 
     /// The refill strips, all in one staging write: four words a strip (control data), then samples.
+    /// Returns the levels of charts that moved.
     pub(super) fn upload_strips(
         &mut self,
-        old: Option<&Windows>,
-        new: &Windows,
-        refill: &Refill,
+        old: Option<&ChartWindows>,
+        new: &ChartWindows,
         upload: &mut FrameUpload,
-    ) {
-        self.work = FrameWork { shifted: !refill.shifted.is_empty(), ..FrameWork::default() };
-        upload.shifts = refill.shifted.len() as u64;
-        for &level in &refill.shifted {
-            let moved = |a: usize| {
-                old.map_or(i32::MAX, |o| new.origins[level as usize][a] - o.origins[level as usize][a])
-            };
-            upload.height_bound_samples += height_bound(self.shape.n(), moved(0), moved(1));
+    ) -> Vec<(usize, u32)> {
+        let mut strips: Vec<(usize, Strip)> = Vec::new();
+        let mut shifted = Vec::new();
+        for (chart, windows) in new.charts.iter().enumerate() {
+            let before = old.map(|o| &o.charts[chart]);
+            let refill = refill_strips(before, windows);
+            for &level in &refill.shifted {
+                let moved = |a: usize| {
+                    let kept = before.filter(|o| !o.held(level).is_empty());
+                    kept.map_or(i32::MAX, |o| {
+                        windows.origins[level as usize][a] - o.origins[level as usize][a]
+                    })
+                };
+                upload.height_bound_samples += height_bound(self.shape.n(), moved(0), moved(1));
+                shifted.push((chart, level));
+            }
+            strips.extend(refill.strips.into_iter().map(|s| (chart, s)));
         }
-        if refill.strips.is_empty() {
-            return;
+        self.work = FrameWork { shifted: !shifted.is_empty(), lanes: self.lanes(), ..FrameWork::default() };
+        upload.shifts = shifted.len() as u64;
+        upload.sample_bytes = self.plan.variant.extent().staged_bytes();
+        if strips.is_empty() {
+            return shifted;
         }
-        let mut heads: Vec<u32> = Vec::with_capacity(refill.strips.len() * 4);
+        let mut heads: Vec<u32> = Vec::with_capacity(strips.len() * 4);
         self.staging.clear();
-        for strip in &refill.strips {
+        let mut staged_bytes = 0;
+        for (chart, strip) in &strips {
             let r = strip.rect;
             let size = [0, 1].map(|a| r.hi[a].abs_diff(r.lo[a]) + 1);
             heads.extend([
-                strip.level,
+                u32::try_from(*chart).unwrap_or_default() * self.shape.levels() + strip.level,
                 r.lo[0].cast_unsigned(),
                 r.lo[1].cast_unsigned(),
                 size[0] | size[1] << 16,
             ]);
-            self.work.largest_strip = self.work.largest_strip.max(size[0] * size[1]);
-            self.terrain.source.read(strip.level, r, &mut self.staging);
+            let samples = size[0] * size[1];
+            self.work.largest_strip = self.work.largest_strip.max(samples);
+            self.stage(*chart, *strip);
+            staged_bytes += u64::from(samples) * self.plan.variant.extent().staged_bytes();
         }
-        self.work.strips = u32::try_from(refill.strips.len()).unwrap_or(u32::MAX);
+        self.work.strips = u32::try_from(strips.len()).unwrap_or(u32::MAX);
         let head_bytes = size_of_val(&heads[..]) as u64;
         self.queue.write_buffer(&self.buffers.staging, 0, bytemuck::cast_slice(&heads));
         self.queue.write_buffer(&self.buffers.staging, head_bytes, bytemuck::cast_slice(&self.staging));
         upload.control_bytes += head_bytes;
-        upload.height_bytes += size_of_val(&self.staging[..]) as u64;
+        upload.height_bytes += staged_bytes;
+        shifted
     }
 
-    pub(super) fn upload_frame(&self, camera: &Camera, state: &State, refill: &Refill, size_px: [u32; 2]) {
-        let p = &state.placement;
-        let clip = self.clip(camera, state.anchor_m, size_px);
+    /// Appends a strip's samples to the staging words.
+    fn stage(&mut self, chart: usize, strip: Strip) {
+        if self.plan.variant.ground == Ground::Points {
+            self.stage_points(chart, strip);
+            return;
+        }
+        let source = match &self.terrain.curved {
+            Some(curved) => curved.sources[chart].clone(),
+            None => self.terrain.source.clone(),
+        };
+        let mut samples = Vec::new();
+        source.read(strip.level, strip.rect, &mut samples);
+        match source.step_m().filter(|_| self.plan.variant.short) {
+            None => self.staging.extend(samples.iter().map(|h| h.to_bits())),
+            Some(step) => self.staging.extend(samples.chunks(2).map(|pair| {
+                let short = |h: f32| {
+                    #[expect(clippy::cast_possible_truncation, reason = "the source says that it fits")]
+                    let whole = if h == VOID { i16::MIN } else { (h / step).round() as i16 };
+                    u32::from(whole.cast_unsigned())
+                };
+                short(pair[0]) | pair.get(1).map_or(0, |h| short(*h)) << 16
+            })),
+        }
+    }
+
+    pub(super) fn upload_frame(
+        &self,
+        camera: &Camera,
+        state: &State,
+        shifted: &[(usize, u32)],
+        size_px: [u32; 2],
+    ) {
+        // Exact in f32, and what it leaves is the matrix' translation: see shading.wgsl.
+        let near = (camera.eye_m - state.anchor_m).as_vec3();
+        let clip = self.clip(camera, state.anchor_m + near.as_dvec3(), size_px);
         let [azimuth, altitude] = self.scene.sun_deg.map(f64::to_radians);
         let sun = DVec3::new(azimuth.sin() * altitude.cos(), azimuth.cos() * altitude.cos(), altitude.sin());
-        let [low, high] = self.terrain.extent_m();
-        let diagonal = DVec3::new(high[0] - low[0], high[1] - low[1], 0.0).length();
+        let first = &state.windows.charts[0];
         let mut origins = [[0; 4]; crate::clipmap::MAX_LEVELS as usize];
-        for (slot, origin) in origins.iter_mut().zip(&p.windows.origins) {
+        for (slot, origin) in origins.iter_mut().zip(&first.origins) {
             *slot = [origin[0], origin[1], 0, 0];
         }
+        let plane = state.placement.as_ref();
+        let range = match &self.terrain.curved {
+            Some(curved) => curved.height_range(),
+            None => self.terrain.source.height_range(),
+        };
         let frame = GpuFrame {
-            clip_from_anchor: clip.as_mat4().to_cols_array_2d(),
+            clip_from_near: clip.as_mat4().to_cols_array_2d(),
             planes: state.frustum.planes,
-            eye_from_anchor_m: (camera.eye_m - state.anchor_m).as_vec3().to_array(),
-            fog_per_m: (0.6 / diagonal.max(1e-6)) as f32,
-            sun_direction: sun.as_vec3().to_array(),
+            eye_from_anchor_m: near.to_array(),
+            fog_per_m: self.fog_per_m(camera) as f32,
+            sun_direction: (camera.axes * sun).as_vec3().to_array(),
             ambient: 0.30,
             fog_color: self.scene.background,
-            anchor_height_m: p.anchor_height_m,
-            height_range_m: self.terrain.source.height_range().unwrap_or([0.0, 1.0]),
-            viewport_px: size_px.map(|v| v as f32),
-            spacing_m: p.spacing_m,
-            eye_samples: p.eye_samples,
-            anchor: p.anchor,
-            last: p.windows.lattice.last,
+            anchor_height_m: plane.map_or(0.0, |p| p.anchor_height_m),
+            height_range_m: range.unwrap_or([0.0, 1.0]),
+            sample_step_m: self.terrain.source.step_m().unwrap_or(1.0),
+            spare: 0.0,
+            spacing_m: plane.map_or([1.0; 2], |p| p.spacing_m),
+            eye_samples: plane.map_or([0.0; 2], |p| p.eye_samples),
+            anchor: plane.map_or([0; 2], |p| p.anchor),
+            last: first.lattice.last,
             level_count: self.shape.levels(),
-            finest: p.windows.finest,
+            finest: first.finest,
             n: self.shape.n(),
             slots_per_level: slots_per_level(self.shape),
             cull: u32::from(self.scene.cull),
             vertex_capacity: self.buffers.capacity.vertices,
             index_capacity: self.buffers.capacity.indices,
-            shifted_levels: refill.shifted.iter().fold(0, |bits, l| bits | 1 << l),
+            shifted_levels: shifted.iter().filter(|(c, _)| *c == 0).fold(0, |bits, (_, l)| bits | 1 << l),
             origins,
         };
         self.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
+        if let (Some(curved), Some(curve)) = (&self.buffers.curved, &state.curve) {
+            self.queue.write_buffer(&curved.curve, 0, bytemuck::bytes_of(curve));
+        }
+    }
+
+    /// Fog takes two thirds over 1.7 times the data's diagonal; on a globe it is the air's: it thins out
+    /// upwards and hides no more than the limb from orbit.
+    fn fog_per_m(&self, camera: &Camera) -> f64 {
+        let Some(curved) = &self.terrain.curved else {
+            let [low, high] = self.terrain.extent_m();
+            let diagonal = DVec3::new(high[0] - low[0], high[1] - low[1], 0.0).length();
+            return 0.6 / diagonal.max(1e-6);
+        };
+        if curved.globe.is_some() {
+            let height = curved.surface.foot(camera.eye_m).height_m.max(0.0);
+            return 2.5e-6 * (-height / 20e3).exp();
+        }
+        0.15 / curved.surface.reach_m()
     }
 }

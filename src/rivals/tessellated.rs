@@ -9,7 +9,7 @@ pub(super) fn footprint(shape: ClipmapShape) -> Footprint {
     let lattice = Lattice { last: [1 << 22; 2] };
     let place = |offset: f64| Windows::place(shape, lattice, [f64::from(1 << 21) + offset; 2], 0);
     let (before, after) = (place(0.0), place(2.0));
-    let points = packed_points(&before);
+    let points = packed_points(&before, shape.levels() as usize);
     let quads = packed_quads(&before);
     let corners: Vec<u32> = (0..shape.levels()).flat_map(|l| packed_corners(&before, l)).collect();
     // A shift rewrites the corners of the L blocks that moved, and describes each strip in 16 bytes.

@@ -1,7 +1,7 @@
 //! The one indirect draw.
 
 use super::{bind, binding, create_module, flag};
-use crate::gpu::{Buffers, Counters, shaders};
+use crate::gpu::{Buffers, Counters, Ground, shaders};
 use crate::scene::{ColorMode, Scene};
 
 /// Depth format: reversed, so that 32 bits of float keep their precision in the distance.
@@ -17,8 +17,15 @@ pub(crate) struct DrawTerrain {
 }
 
 impl DrawTerrain {
-    pub fn new(device: &wgpu::Device, buffers: &Buffers, format: wgpu::TextureFormat, scene: &Scene) -> Self {
-        let module = create_module(device, shaders::DRAW_TERRAIN);
+    pub fn new(
+        device: &wgpu::Device,
+        buffers: &Buffers,
+        format: wgpu::TextureFormat,
+        scene: &Scene,
+        ground: Ground,
+    ) -> Self {
+        let module = create_module(device, shaders::DRAW_TERRAIN, ground);
+        let plane = ground == Ground::Plane;
         let mode = match scene.color {
             ColorMode::Shaded => 0.0,
             ColorMode::Levels => 1.0,
@@ -36,7 +43,12 @@ impl DrawTerrain {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
         };
-        let vertex_buffers = [Some(vertex_layout)];
+        let shade_layout = wgpu::VertexBufferLayout {
+            array_stride: 4,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &wgpu::vertex_attr_array![2 => Uint32],
+        };
+        let vertex_buffers = [Some(vertex_layout), Some(shade_layout)];
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("draw_terrain"),
             layout: None,
@@ -44,7 +56,7 @@ impl DrawTerrain {
                 module: &module,
                 entry_point: Some(vertex_entry),
                 compilation_options: options.clone(),
-                buffers: if wireframe { &[] } else { &vertex_buffers },
+                buffers: if wireframe { &[] } else { &vertex_buffers[..if plane { 1 } else { 2 }] },
             },
             primitive: wgpu::PrimitiveState::default(),
             depth_stencil: Some(wgpu::DepthStencilState {
@@ -64,10 +76,10 @@ impl DrawTerrain {
             multiview_mask: None,
             cache: None,
         });
-        let bindings: &[u32] = if wireframe {
-            &[binding::FRAME, binding::VERTICES, binding::INDICES]
-        } else {
-            &[binding::FRAME]
+        let bindings: &[u32] = match (wireframe, plane) {
+            (false, _) => &[binding::FRAME],
+            (true, true) => &[binding::FRAME, binding::VERTICES, binding::INDICES],
+            (true, false) => &[binding::FRAME, binding::VERTICES, binding::INDICES, binding::SHADES],
         };
         let bind_group = bind(device, "draw_terrain", &pipeline.get_bind_group_layout(0), buffers, bindings);
         Self { pipeline, bind_group, bindings, wireframe }
@@ -86,6 +98,9 @@ impl DrawTerrain {
             pass.draw_indirect(&buffers.counters, offset);
         } else {
             pass.set_vertex_buffer(0, buffers.vertices.slice(..));
+            if let Some(curved) = &buffers.curved {
+                pass.set_vertex_buffer(1, curved.shades.slice(..));
+            }
             pass.set_index_buffer(buffers.indices.slice(..), wgpu::IndexFormat::Uint32);
             pass.draw_indexed_indirect(&buffers.counters, 0);
         }

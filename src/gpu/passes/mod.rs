@@ -8,7 +8,7 @@ pub(crate) mod draw_terrain;
 pub(crate) mod expand_patches;
 
 use super::Buffers;
-use super::shaders::ShaderModuleSource;
+use super::shaders::{Ground, ShaderModuleSource};
 use crate::clipmap::ClipmapShape;
 
 /// Binding numbers: one a buffer in all shaders.
@@ -25,13 +25,31 @@ pub(crate) mod binding {
     pub const INDICES: u32 = 9;
     pub const QUAD_CORNERS: u32 = 10;
     pub const STAGING: u32 = 11;
+    pub const CURVE: u32 = 12;
+    pub const CHARTS: u32 = 13;
+    pub const RECORDS: u32 = 14;
+    pub const SHADES: u32 = 15;
 }
 
 /// Which variant of the shaders a scene needs; everything else is not compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Variant {
+    pub ground: Ground,
+    pub charts: u32,
     pub has_voids: bool,
     pub morph: bool,
+    pub short: bool,
+}
+
+impl Variant {
+    /// `plane` bindings on a plane, else `curved`.
+    pub fn bindings(self, plane: &'static [u32], curved: &'static [u32]) -> &'static [u32] {
+        if self.ground == Ground::Plane { plane } else { curved }
+    }
+
+    pub fn extent(self) -> super::Extent {
+        super::Extent { ground: self.ground, charts: self.charts, short: self.short }
+    }
 }
 
 /// What this frame asks of the passes.
@@ -43,6 +61,8 @@ pub(crate) struct FrameWork {
     pub largest_strip: u32,
     /// True when any window moved.
     pub shifted: bool,
+    /// Levels of all charts.
+    pub lanes: u32,
 }
 
 /// How much a compute pass dispatches.
@@ -70,11 +90,12 @@ impl ComputePass {
         device: &wgpu::Device,
         buffers: &Buffers,
         source: ShaderModuleSource,
+        ground: Ground,
         bindings: &'static [u32],
         constants: &[(&str, f64)],
         dispatch: Dispatch,
     ) -> Self {
-        let module = create_module(device, source);
+        let module = create_module(device, source, ground);
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(source.stem),
             layout: None,
@@ -122,10 +143,14 @@ impl ComputePass {
     }
 }
 
-pub(crate) fn create_module(device: &wgpu::Device, source: ShaderModuleSource) -> wgpu::ShaderModule {
+pub(crate) fn create_module(
+    device: &wgpu::Device,
+    source: ShaderModuleSource,
+    ground: Ground,
+) -> wgpu::ShaderModule {
     device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(source.stem),
-        source: wgpu::ShaderSource::Wgsl(source.text().into()),
+        source: wgpu::ShaderSource::Wgsl(source.text(ground).into()),
     })
 }
 
@@ -140,21 +165,7 @@ pub(crate) fn bind(
         .iter()
         .map(|&number| wgpu::BindGroupEntry {
             binding: number,
-            resource: match number {
-                binding::FRAME => &buffers.frame,
-                binding::CONTROL_POINTS => &buffers.control_points,
-                binding::CONTROL_QUADS => &buffers.control_quads,
-                binding::SAMPLES => &buffers.samples,
-                binding::BLOCK_BOUNDS => &buffers.block_bounds,
-                binding::PATCHES => &buffers.patches,
-                binding::VISIBLE_SLOTS => &buffers.visible_slots,
-                binding::COUNTERS => &buffers.counters,
-                binding::VERTICES => &buffers.vertices,
-                binding::INDICES => &buffers.indices,
-                binding::QUAD_CORNERS => &buffers.quad_corners,
-                _ => &buffers.staging,
-            }
-            .as_entire_binding(),
+            resource: buffer(buffers, number).as_entire_binding(),
         })
         .collect();
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
@@ -162,4 +173,30 @@ pub(crate) fn bind(
 
 pub(crate) fn flag(on: bool) -> f64 {
     f64::from(u8::from(on))
+}
+
+fn buffer(buffers: &Buffers, number: u32) -> &wgpu::Buffer {
+    if let Some(curved) = &buffers.curved {
+        match number {
+            binding::CURVE => return &curved.curve,
+            binding::CHARTS => return &curved.charts,
+            binding::RECORDS => return &curved.records,
+            binding::SHADES => return &curved.shades,
+            _ => {}
+        }
+    }
+    match number {
+        binding::FRAME => &buffers.frame,
+        binding::CONTROL_POINTS => &buffers.control_points,
+        binding::CONTROL_QUADS => &buffers.control_quads,
+        binding::SAMPLES => &buffers.samples,
+        binding::BLOCK_BOUNDS => &buffers.block_bounds,
+        binding::PATCHES => &buffers.patches,
+        binding::VISIBLE_SLOTS => &buffers.visible_slots,
+        binding::COUNTERS => &buffers.counters,
+        binding::VERTICES => &buffers.vertices,
+        binding::INDICES => &buffers.indices,
+        binding::QUAD_CORNERS => &buffers.quad_corners,
+        _ => &buffers.staging,
+    }
 }

@@ -1,9 +1,10 @@
-// Positions and normals of vertices from the samples of the windows.
+// Vertices on a plane, from the heights in the windows.
 // Twin: src/reference/positions.rs.
 
 override MORPH: bool = false; // geomorph near a level's perimeter
 
 @group(0) @binding(3) var<storage, read> samples: array<f32>;
+@group(0) @binding(8) var<storage, read_write> vertices: array<Vertex>;
 
 fn height_at(level: u32, node: vec2<i32>) -> f32 {
     return samples[sample_address(level, node)];
@@ -17,7 +18,7 @@ fn ground_at(base: vec2<i32>) -> vec2<f32> {
 // The coarser level's surface at a node of the finer lattice, on its own triangles: cells are cut
 // from south-east to north-west, so a cell's middle is the mean of those corners.
 fn coarse_height(level: u32, node: vec2<i32>) -> f32 {
-    let last = node_of(level - 1u, frame.last);
+    let last = node_of(level - 1u, data_last());
     let odd = ((node & vec2<i32>(1i)) == vec2<i32>(1i)) & (node != last);
     let low = select((node + vec2<i32>(1i)) >> vec2<u32>(1u), node >> vec2<u32>(1u), odd);
     let step = vec2<i32>(odd);
@@ -77,4 +78,18 @@ fn packed_normal(level: u32, base: vec2<i32>) -> u32 {
     let uv = -slope / (abs(slope.x) + abs(slope.y) + 1.0);
     let q = vec2<u32>(round((uv * 0.5 + 0.5) * 4095.0));
     return q.x | (q.y << 12u);
+}
+
+// Writes one vertex: the sample of `owner` at `base`; a void one is marked.
+fn put_vertex(at: u32, owner: u32, base: vec2<i32>, tag: u32) {
+    let height = vertex_height(owner, base);
+    let ground = ground_at(base);
+    var vertex = Vertex(ground.x, ground.y, height - frame.anchor_height_m, tag);
+    if HAS_VOIDS && height == VOID {
+        vertex.z = 0.0;
+        vertex.packed = 0xffffffffu;
+    } else {
+        vertex.packed |= packed_normal(owner, base);
+    }
+    vertices[at] = vertex;
 }

@@ -1,0 +1,41 @@
+// What the fragments see of a vertex on a curved surface: the way up comes with it.
+
+@group(0) @binding(15) var<storage, read> shades: array<u32>;
+
+struct Seen {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) position: vec3<f32>, // metres from the anchor
+    @location(1) normal: vec3<f32>,
+    @location(2) @interpolate(flat, either) tag: u32, // packed word of the provoking vertex
+    @location(3) edge: vec3<f32>,     // barycentric, wireframe only
+    @location(4) relief: vec4<f32>,   // outward direction, height from 0 (lowest) to 1
+}
+
+fn see(position: vec3<f32>, packed: u32, shade: u32, edge: vec3<f32>) -> Seen {
+    var out: Seen;
+    out.clip = clip_position(position);
+    out.position = position;
+    out.normal = from_octahedral(vec2<f32>(f32(packed & 0xfffu), f32((packed >> 12u) & 0xfffu)) / 2047.0 - 1.0);
+    out.tag = packed;
+    out.edge = edge;
+    let up = from_octahedral(vec2<f32>(f32(shade & 1023u), f32((shade >> 10u) & 1023u)) / 511.0 - 1.0);
+    out.relief = vec4<f32>(up, f32(shade >> 20u) / 4095.0);
+    return out;
+}
+
+@vertex
+fn vs_solid(@location(0) position: vec3<f32>, @location(1) packed: u32, @location(2) shade: u32) -> Seen {
+    return see(position, packed, shade, vec3<f32>(1.0));
+}
+
+@vertex
+fn vs_wire(@builtin(vertex_index) ix: u32) -> Seen {
+    let v = vertices[indices[ix]];
+    var edge = vec3<f32>(0.0);
+    edge[ix % 3u] = 1.0;
+    return see(vec3<f32>(v.x, v.y, v.z), v.packed, shades[indices[ix]], edge);
+}
+
+fn relief(in: Seen) -> vec4<f32> {
+    return vec4<f32>(normalize(in.relief.xyz), in.relief.w);
+}

@@ -1,0 +1,75 @@
+// Where things are on a curved base surface. Every sample's position is three integers, offsets from the
+// anchor of its block in units of its level; anchors are integers, too. What is near the camera is thus
+// subtracted exactly, whatever the distance from the world's origin; only the difference becomes f32.
+
+const VOID_POSITION = -2147483647i - 1i; // first offset of a sample that is void
+const LOW_BITS = 24u;               // of an anchor; its high part counts 2^24 units
+
+struct CurveLevel {
+    hi: vec3<i32>,      // the frame's anchor in units of this level: high part,
+    unit_m: f32,        // metres of one unit, a power of two
+    lo: vec3<i32>,      // low part,
+    slack_m: f32,       // how far a vertex owned by another chart or level may lie off its bounds
+    rest_m: vec3<f32>,  // and what both leave of it
+    spare: f32,
+}
+
+struct Curve {
+    levels: array<CurveLevel, 16>,
+    shifted: array<vec4<u32>, 3>, // bit l of word c: the window of level l of chart c moved this frame
+    horizon_scale: vec3<f32>,     // to the space where the ellipsoid that hides is the unit sphere; 0: none
+    horizon: f32,                 // there, squared distance of the eye from the centre, less 1
+    horizon_eye: vec3<f32>,       // eye from the centre
+    chart_count: u32,
+    block_shift: u32,             // log2 of the cells of a block of the base surface
+    block_side: u32,              // blocks a side of a lane's toroidal table
+    record_words: u32,            // 16-byte words of a block's record
+    spare: u32,
+}
+
+// One sample: offset from its block's anchor in the level's units; in w the base's outward direction
+// (octahedral, 2 x 10 bits) and the height (12 bits of the data's range), for the colours.
+@group(0) @binding(12) var<uniform> curve: Curve;
+@group(0) @binding(14) var<storage, read> records: array<vec4<i32>>;
+
+struct Block {
+    record: u32,       // its first word in `records`
+    local: vec2<i32>,  // the node's place in it
+}
+
+// Block of a node. The data's last node begins a block of its own: it may stand nearer than a whole cell.
+fn block_of(level: u32, node: vec2<i32>) -> Block {
+    let cells = 1i << curve.block_shift;
+    let last = node_of(level, data_last());
+    let beyond = node >= last;
+    let at = select(node >> vec2<u32>(curve.block_shift), (last + cells - 1i) >> vec2<u32>(curve.block_shift), beyond);
+    let local = select(node & vec2<i32>(cells - 1i), node - last, beyond);
+    let side = i32(curve.block_side);
+    let wrapped = vec2<u32>(((at % side) + side) % side);
+    let place = (lane_of(level) * curve.block_side + wrapped.y) * curve.block_side + wrapped.x;
+    return Block(place * curve.record_words, local);
+}
+
+// Offset from a block's anchor -> metres from the frame's anchor.
+fn placed(level: u32, record: u32, offset: vec3<i32>) -> vec3<f32> {
+    let at = curve.levels[level];
+    let low = records[record + 1u].xyz - at.lo + offset;
+    let high = records[record].xyz - at.hi + (low >> vec3<u32>(LOW_BITS));
+    let part = low & vec3<i32>((1i << LOW_BITS) - 1i);
+    // Both terms are exact; their sum is rounded once.
+    let metres = vec3<f32>(high) * (at.unit_m * 16777216.0) + vec3<f32>(part) * at.unit_m;
+    return metres + at.rest_m;
+}
+
+// Octahedral coordinates of a unit vector, each -1 to 1 (Cigolle et al. 2014, section 3.3).
+fn octahedral(n: vec3<f32>) -> vec2<f32> {
+    let p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
+    let folded = (1.0 - abs(p.yx)) * select(vec2<f32>(-1.0), vec2<f32>(1.0), p >= vec2<f32>(0.0));
+    return select(folded, p, n.z >= 0.0);
+}
+
+fn from_octahedral(p: vec2<f32>) -> vec3<f32> {
+    let z = 1.0 - abs(p.x) - abs(p.y);
+    let folded = (1.0 - abs(p.yx)) * select(vec2<f32>(-1.0), vec2<f32>(1.0), p >= vec2<f32>(0.0));
+    return normalize(vec3<f32>(select(folded, p, z >= 0.0), z));
+}
