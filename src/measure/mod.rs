@@ -13,4 +13,4 @@ pub use environment::Environment;
 pub use frames::{FrameStatistics, percentile};
 pub use mesh::Mesh;
 pub use upload::{FrameUpload, UploadLedger};
-pub use watertight::{Faults, check_mesh};
+pub use watertight::{ClosedFaults, Faults, check_closed, check_mesh};

@@ -67,3 +67,32 @@ pub fn check_mesh(mesh: &Mesh, domain_m: [[f64; 2]; 2], slack_m: f64) -> Faults 
     faults.area_error = (area2 * 0.5 / area - 1.0).abs();
     faults
 }
+
+/// What is wrong with a mesh that should enclose a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ClosedFaults {
+    /// Edges that do not belong to exactly two triangles, one in each direction.
+    pub open_edges: u64,
+    /// Coordinates that are NaN or infinite.
+    pub not_finite: u64,
+    /// Vertices - edges + faces: 2 for a sphere, 0 for a torus; anything else has holes or handles.
+    pub euler: i64,
+}
+
+/// Checks a closed mesh; vertices with the same bits are one ([`Mesh`]).
+#[must_use]
+pub fn check_closed(mesh: &Mesh) -> ClosedFaults {
+    let mut edges: HashMap<[u32; 2], (u32, u32)> = HashMap::with_capacity(mesh.triangles.len() * 2);
+    for t in &mesh.triangles {
+        for (from, to) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+            let count = edges.entry([from.min(to), from.max(to)]).or_default();
+            if from < to { count.0 += 1 } else { count.1 += 1 }
+        }
+    }
+    let count = |v: usize| i64::try_from(v).unwrap_or(i64::MAX);
+    ClosedFaults {
+        open_edges: edges.values().filter(|c| **c != (1, 1)).count() as u64,
+        not_finite: mesh.vertices.iter().flatten().filter(|v| !v.is_finite()).count() as u64,
+        euler: count(mesh.vertices.len()) - count(edges.len()) + count(mesh.triangles.len()),
+    }
+}

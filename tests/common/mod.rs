@@ -15,3 +15,17 @@ pub fn gpu() -> Gpu {
 pub fn terrain(spec: &str) -> HeightGrid {
     open_terrain(spec, &ReadOptions::default()).expect("a readable terrain")
 }
+
+/// A file of the shared data; says so and gives `None` where it is absent.
+pub fn data(name: &str) -> Option<String> {
+    let folder = std::env::var_os("TESSCLIP_DATA").map_or_else(
+        || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
+        std::path::PathBuf::from,
+    );
+    let path = folder.join(name);
+    if !path.is_file() {
+        eprintln!("SKIPPED: {} is absent", path.display());
+        return None;
+    }
+    Some(path.to_string_lossy().into_owned())
+}
