@@ -18,7 +18,7 @@ fn surface_color(in: Seen) -> vec3<f32> {
         case 2u: { color = lit(palette(kind) * mix(0.35, 0.7, f32(level % 2u)), normal, slope); }
         case 3u: { color = ramp(t); }
         case 4u: { color = ramp(acos(clamp(slope, 0.0, 1.0)) / 1.5707964); }
-        default: { color = lit(hypsometric(t, slope), normal, slope); }
+        default: { color = lit(tint(t, slope), normal, slope); }
     }
     if FOG && COLOR_MODE == 0u {
         let away = distance(in.position, frame.eye_from_anchor_m);

@@ -82,6 +82,8 @@ struct State {
     frustum: Frustum,
     anchor_m: DVec3,
     curve: Option<GpuCurve>,
+    /// Clear and fog colour.
+    background: [f32; 3],
 }
 
 impl Renderer {
@@ -325,6 +327,7 @@ impl Renderer {
         State {
             windows: all,
             curve: None,
+            background: self.scene.background,
             placement: Some(Placement {
                 windows,
                 anchor,
@@ -385,7 +388,8 @@ impl Renderer {
         target: Target<'_>,
         draw: impl FnOnce(&DrawTerrain, &mut wgpu::RenderPass<'_>, &Buffers),
     ) {
-        let [r, g, b] = self.scene.background.map(f64::from);
+        let background = self.state.as_ref().map_or(self.scene.background, |s| s.background);
+        let [r, g, b] = background.map(f64::from);
         let load = |clear| if target.clear { wgpu::LoadOp::Clear(clear) } else { wgpu::LoadOp::Load };
         let depth_load = if target.clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
         let query = self.profiler.as_ref().map(|p| p.begin_pass_query("draw_terrain", encoder));

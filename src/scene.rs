@@ -233,7 +233,7 @@ pub struct Scene {
     pub drop_fine_levels: bool,
     /// Direction of the sun: azimuth clockwise from north and altitude above the horizon, degrees.
     pub sun_deg: [f64; 2],
-    /// Clear and fog colour, linear RGB from 0 to 1.
+    /// Clear and fog colour, linear RGB from 0 to 1. The default sky turns black with height over a globe.
     pub background: [f32; 3],
 }
 

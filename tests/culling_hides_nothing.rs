@@ -48,7 +48,8 @@ fn compare(gpu: &Gpu, terrain: &Terrain, n: u32, morph: bool, cameras: &[Camera]
 #[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn on_a_planet() {
     let gpu = common::gpu();
-    let terrain = Terrain::globe(vec![common::terrain("procedural:planet?size=257")], Ellipsoid::WGS84).unwrap();
+    let terrain =
+        Terrain::globe(vec![common::terrain("procedural:planet?size=257")], Ellipsoid::WGS84).unwrap();
     let mut cameras = Vec::new();
     for (k, height) in [200.0, 8e3, 9e4, 1e6, 2e7, 1e9].into_iter().enumerate() {
         for (j, [lon, lat]) in

@@ -108,7 +108,7 @@ fn shared_structs_have_the_same_members_offsets_and_sizes() {
                 anchor_height_m,
                 height_range_m,
                 sample_step_m,
-                spare,
+                sea_level,
                 spacing_m,
                 eye_samples,
                 anchor,

@@ -39,3 +39,16 @@ fn vs_wire(@builtin(vertex_index) ix: u32) -> Seen {
 fn relief(in: Seen) -> vec4<f32> {
     return vec4<f32>(normalize(in.relief.xyz), in.relief.w);
 }
+
+// A globe's lowland is most of its land: heights over the sea are spread by their root. Water darkens with
+// depth.
+fn tint(t: f32, slope: f32) -> vec3<f32> {
+    let sea = frame.sea_level;
+    if sea <= 0.0 {
+        return hypsometric(t, slope);
+    }
+    if t <= sea {
+        return mix(vec3<f32>(0.004, 0.012, 0.055), vec3<f32>(0.035, 0.130, 0.220), pow(t / sea, 2.5));
+    }
+    return hypsometric(0.02 + 0.85 * sqrt((t - sea) / (1.0 - sea)), slope);
+}

@@ -42,3 +42,7 @@ fn relief(in: Seen) -> vec4<f32> {
     let range = frame.height_range_m;
     return vec4<f32>(0.0, 0.0, 1.0, (height - range.x) / max(range.y - range.x, 1e-6));
 }
+
+fn tint(t: f32, slope: f32) -> vec3<f32> {
+    return hypsometric(t, slope);
+}

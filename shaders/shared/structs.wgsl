@@ -22,7 +22,7 @@ struct Frame {
     anchor_height_m: f32,
     height_range_m: vec2<f32>,     // lowest and highest of the data
     sample_step_m: f32,            // metres a unit of samples sent as two bytes
-    spare: f32,
+    sea_level: f32,                // height 0 in the data's range from 0 to 1, on globes with seas; else 0
     spacing_m: vec2<f32>,          // between base samples
     eye_samples: vec2<f32>,        // camera minus anchor, in base samples
     anchor: vec2<i32>,             // base sample that positions are relative to

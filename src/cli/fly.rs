@@ -155,7 +155,7 @@ impl Flight<'_> {
             environment: Environment::gather(&gpu.info),
             scene: SceneFacts {
                 terrain: self.name.into(),
-                base: "plane",
+                base: self.terrain.base().to_string(),
                 width_px: self.size[0],
                 height_px: self.size[1],
                 spacing_m: self.terrain.spacing_m,

@@ -22,7 +22,7 @@ pub struct GpuFrame {
     pub anchor_height_m: f32,
     pub height_range_m: [f32; 2],
     pub sample_step_m: f32,
-    pub spare: f32,
+    pub sea_level: f32,
     pub spacing_m: [f32; 2],
     pub eye_samples: [f32; 2],
     pub anchor: [i32; 2],

@@ -199,6 +199,7 @@ impl Renderer {
             frustum: Frustum { planes: Camera::planes(&clip) },
             anchor_m,
             curve: Some(gpu),
+            background: self.background(camera),
         }
     }
 

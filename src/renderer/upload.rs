@@ -180,11 +180,11 @@ impl Renderer {
             fog_per_m: self.fog_per_m(camera) as f32,
             sun_direction: (camera.axes * sun).as_vec3().to_array(),
             ambient: 0.30,
-            fog_color: self.scene.background,
+            fog_color: self.background(camera),
             anchor_height_m: plane.map_or(0.0, |p| p.anchor_height_m),
             height_range_m: range.unwrap_or([0.0, 1.0]),
             sample_step_m: self.terrain.source.step_m().unwrap_or(1.0),
-            spare: 0.0,
+            sea_level: self.sea_level(range),
             spacing_m: plane.map_or([1.0; 2], |p| p.spacing_m),
             eye_samples: plane.map_or([0.0; 2], |p| p.eye_samples),
             anchor: plane.map_or([0; 2], |p| p.anchor),
@@ -203,6 +203,28 @@ impl Renderer {
         if let (Some(curved), Some(curve)) = (&self.buffers.curved, &state.curve) {
             self.queue.write_buffer(&curved.curve, 0, bytemuck::bytes_of(curve));
         }
+    }
+
+    /// Where height 0 lies in the range of a globe's heights, when some of it lies under water.
+    fn sea_level(&self, range: Option<[f32; 2]>) -> f32 {
+        let globe = self.terrain.curved.as_ref().is_some_and(|c| c.globe.is_some());
+        match range {
+            Some([low, high]) if globe && low < 0.0 && high > 0.0 => -low / (high - low),
+            _ => 0.0,
+        }
+    }
+
+    /// The scene's own colour; over a globe the default sky gives way to black with height.
+    pub(super) fn background(&self, camera: &Camera) -> [f32; 3] {
+        let background = self.scene.background;
+        let Some(curved) = self.terrain.curved.as_ref().filter(|c| c.globe.is_some()) else {
+            return background;
+        };
+        if background != crate::scene::Scene::default().background {
+            return background;
+        }
+        let height = curved.surface.foot(camera.eye_m).height_m.max(0.0);
+        background.map(|c| c * (-height / 60e3).exp() as f32 + 0.002)
     }
 
     /// Fog takes two thirds over 1.7 times the data's diagonal; on a globe it is the air's: it thins out

@@ -53,7 +53,7 @@ pub struct SceneFacts {
     /// TERRAIN as given.
     pub terrain: String,
     /// Base surface.
-    pub base: &'static str,
+    pub base: String,
     /// Picture size.
     pub width_px: u32,
     /// Picture size.

@@ -58,7 +58,7 @@ enum Poses {
     /// Degrees of longitude and latitude, metres above the ellipsoid.
     Geodetic(Ellipsoid),
     /// The DEM's own coordinates, metres above the base surface.
-    Chart { surface: Arc<dyn Surface>, native: [[f64; 2]; 2], uv: [[f64; 2]; 2] },
+    Chart { surface: Arc<dyn Surface>, native: [[f64; 2]; 2], uv: [[f64; 2]; 2], cells: [f64; 2] },
     /// World metres.
     World,
 }
@@ -197,7 +197,7 @@ impl Curved {
             globe: None,
             whole: None,
             exaggeration: 1.0,
-            poses: Poses::Chart { surface, native, uv: [origin, step] },
+            poses: Poses::Chart { surface, native, uv: [origin, step], cells: cells.map(f64::from) },
         })
     }
 
@@ -227,7 +227,7 @@ impl Curved {
         let (eye_m, axes) = match &self.poses {
             Poses::World => (DVec3::new(x, y, z), DMat3::IDENTITY),
             Poses::Geodetic(e) => place(e, [x.to_radians(), y.to_radians()], z),
-            Poses::Chart { surface, native, uv } => {
+            Poses::Chart { surface, native, uv, .. } => {
                 let at = |a: usize, v: f64| uv[0][a] + (v - native[0][a]) / native[1][a] * uv[1][a];
                 place(surface.as_ref(), [at(0, x), at(1, y)], z)
             }
@@ -235,11 +235,52 @@ impl Curved {
         Camera { eye_m, yaw_deg, pitch_deg, fov_deg, axes }
     }
 
+    /// The point a share `u`, `v` of the way across the data, in the units of poses: on a globe within 60
+    /// degrees of longitude 0 and 50 of the equator.
+    #[must_use]
+    pub fn native_at(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        match &self.poses {
+            Poses::Geodetic(_) => [120.0 * u - 60.0, 100.0 * v - 50.0],
+            Poses::Chart { native, cells, .. } => {
+                [0, 1].map(|a| native[0][a] + native[1][a] * cells[a] * [u, v][a])
+            }
+            Poses::World => {
+                let last = self.graph.charts[0].lattice.last;
+                let (p, _) = self.surface.base(0, [0, 1].map(|a| f64::from(last[a]) * [u, v][a]));
+                [p.x, p.y]
+            }
+        }
+    }
+
+    /// Height of the ground under a point in the units of poses, metres above the base surface; 0 over a
+    /// void. Where positions are the data, the highest z near that x and y.
+    #[must_use]
+    pub fn native_ground_m(&self, [x, y]: [f64; 2]) -> f64 {
+        let Some(points) = &self.points else {
+            let eye = self.camera([x, y, 0.0, 0.0, 0.0], 60.0).eye_m;
+            return self.ground(eye).1.map_or(0.0, f64::from);
+        };
+        let top = points.height_range().map_or(0.0, |r| f64::from(r[1]));
+        let foot = self.surface.foot(DVec3::new(x, y, top));
+        self.surface.base(0, foot.at).0.z
+    }
+
+    /// The point `height_m` above the foot whose outward normal is `up`, on a globe; elsewhere above the
+    /// world's origin.
+    #[must_use]
+    pub fn over(&self, up: DVec3, height_m: f64) -> DVec3 {
+        let foot = match &self.poses {
+            Poses::Geodetic(e) => e.surface_point_of_normal(up),
+            _ => DVec3::ZERO,
+        };
+        foot + up * height_m
+    }
+
     /// A camera that sees all of it.
     #[must_use]
     pub fn overview(&self, fov_deg: f64) -> Camera {
         if let Poses::Geodetic(e) = &self.poses {
-            return self.camera([10.0, 30.0, 3.0 * e.a.max(e.b), 0.0, -90.0], fov_deg);
+            return self.camera([10.0, 30.0, 1.9 * e.a.max(e.b), 0.0, -90.0], fov_deg);
         }
         let mut low = DVec3::INFINITY;
         let mut high = DVec3::NEG_INFINITY;
