@@ -15,8 +15,8 @@ fn box_over(level: u32, rect_lo: vec2<i32>, rect_hi: vec2<i32>) -> Box {
     if any(hi < lo) {
         return box;
     }
-    let first = lo >> vec2<u32>(4u);
-    let last = max(first, (hi - vec2<i32>(1i)) >> vec2<u32>(4u));
+    let first = lo >> vec2<u32>(BOUNDS_SHIFT);
+    let last = max(first, (hi - vec2<i32>(1i)) >> vec2<u32>(BOUNDS_SHIFT));
     for (var y = first.y; y <= last.y; y++) {
         for (var x = first.x; x <= last.x; x++) {
             let block = vec2<i32>(x, y);
@@ -24,7 +24,7 @@ fn box_over(level: u32, rect_lo: vec2<i32>, rect_hi: vec2<i32>) -> Box {
             let low = block_bounds[address].xyz;
             let high = block_bounds[address + 1u].xyz;
             if low.x <= high.x {
-                let record = block_of(level, max(block * PATCH_CELLS, area.lo)).record;
+                let record = block_of(level, max(block * BOUNDS_CELLS, area.lo)).record;
                 box.lo = min(box.lo, placed(level, record, low));
                 box.hi = max(box.hi, placed(level, record, high));
             }

@@ -1,5 +1,10 @@
 // Charts glued along their borders: a lane is a level of a chart. Rules: src/clipmap/charts.rs.
 
+// log2 of the cells of a block of bounds. A patch lies on up to 5 x 5 of them: boxes have no other extent, so
+// blocks as large as patches would make them twice as wide as they are.
+const BOUNDS_SHIFT = 2u;
+const BOUNDS_CELLS = 4i;
+
 struct Chart {
     last: vec2<i32>,
     finest: u32,

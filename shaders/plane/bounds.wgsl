@@ -16,8 +16,8 @@ fn box_over(level: u32, rect_lo: vec2<i32>, rect_hi: vec2<i32>) -> Box {
         return box;
     }
     // Blocks are closed: one whose far border is our near one need not be read, unless we are that border.
-    let first = lo >> vec2<u32>(4u);
-    let last = max(first, (hi - vec2<i32>(1i)) >> vec2<u32>(4u));
+    let first = lo >> vec2<u32>(BOUNDS_SHIFT);
+    let last = max(first, (hi - vec2<i32>(1i)) >> vec2<u32>(BOUNDS_SHIFT));
     for (var y = first.y; y <= last.y; y++) {
         for (var x = first.x; x <= last.x; x++) {
             let r = block_bounds[block_address(level, vec2<i32>(x, y))];

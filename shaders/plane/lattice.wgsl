@@ -1,5 +1,8 @@
 // One chart with open borders: a lane is a level.
 
+const BOUNDS_SHIFT = 4u; // log2 of the cells of a block of bounds
+const BOUNDS_CELLS = 16i;
+
 fn lane_of(level: u32) -> u32 {
     return level;
 }

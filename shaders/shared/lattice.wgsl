@@ -61,9 +61,9 @@ fn sample_address(level: u32, node: vec2<i32>) -> u32 {
     return (lane_of(level) * side + wrapped.y) * side + wrapped.x;
 }
 
-// Blocks of bounds: 16 x 16 cells, toroidal, twice the window's width so that both ragged ends fit.
+// Blocks of bounds, toroidal, twice the window's width so that both ragged ends fit.
 fn block_side() -> u32 {
-    return (frame.n + 1u) / 8u;
+    return 2u * ((frame.n + 1u) >> BOUNDS_SHIFT);
 }
 
 fn block_address(level: u32, block: vec2<i32>) -> u32 {

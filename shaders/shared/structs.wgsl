@@ -4,7 +4,7 @@
 const MAX_LEVELS = 16u;      // length of Frame.levels
 const CONTROL_POINTS = 44u;  // per level
 const QUADS_PER_LEVEL = 20u; // per level
-const PATCH_CELLS = 16;      // cells per side of a patch, and of a block of bounds
+const PATCH_CELLS = 16;      // cells per side of a patch
 const VOID = 3.40282347e38;  // stands for a void sample: finite, and no height
 
 // Kinds of blocks, as in src/quads/control.rs.

@@ -93,6 +93,12 @@ impl Extent {
 /// Blocks of the base surface a side of a lane's toroidal table: 16 in a window, and both ragged ends.
 pub(crate) const BLOCK_SIDE: u32 = 19;
 
+/// Blocks of bounds a side of a lane: of 16 cells on a plane, of 4 elsewhere, and twice the window's
+/// width, so that both ragged ends fit.
+pub(crate) fn bounds_side(shape: ClipmapShape, ground: Ground) -> u32 {
+    2 * (shape.n() + 1) / if ground == Ground::Plane { 16 } else { 4 }
+}
+
 /// Cells of a block of the base surface: a sixteenth of the window.
 pub(crate) fn block_cells(shape: ClipmapShape) -> u32 {
     (shape.n() + 1) / 16
@@ -160,6 +166,7 @@ impl Buffers {
         let slots = u64::from(slots_per_level(shape)) * lanes;
         let host = U::STORAGE | U::COPY_DST;
         let bounds_bytes = if extent.ground == Ground::Plane { 8 } else { 32 };
+        let bounds_blocks = u64::from(bounds_side(shape, extent.ground)).pow(2);
         let vertices = u64::from(capacity.vertices);
         let curved = match extent.ground {
             Ground::Plane => None,
@@ -185,7 +192,7 @@ impl Buffers {
             quad_corners: make("quad_corners", lanes * QUADS_PER_LEVEL as u64 * 4, host)?,
             staging: make("staging", lanes * (side * side * extent.staged_bytes() + 40), host)?,
             samples: make("samples", lanes * side * side * extent.sample_bytes(), U::STORAGE)?,
-            block_bounds: make("block_bounds", lanes * (side / 8).pow(2) * bounds_bytes, U::STORAGE)?,
+            block_bounds: make("block_bounds", lanes * bounds_blocks * bounds_bytes, U::STORAGE)?,
             patches: make("patches", slots * size_of::<PatchRecord>() as u64, host)?,
             visible_slots: make("visible_slots", slots * 4, host)?,
             counters: make("counters", size_of::<Counters>() as u64, host | U::INDIRECT)?,

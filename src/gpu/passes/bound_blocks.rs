@@ -1,7 +1,7 @@
 //! Bounds of blocks of samples; runs only when a window moved.
 
-use super::{ComputePass, Dispatch, Variant, binding};
-use crate::gpu::{Buffers, shaders};
+use super::{ComputePass, Dispatch, FrameWork, Variant, binding};
+use crate::gpu::{Buffers, Ground, bounds_side, shaders};
 
 const PLANE: [u32; 3] = [binding::FRAME, binding::SAMPLES, binding::BLOCK_BOUNDS];
 const CURVED: [u32; 6] = [
@@ -21,9 +21,14 @@ pub(crate) fn new(device: &wgpu::Device, buffers: &Buffers, variant: Variant) ->
         variant.ground,
         variant.bindings(&PLANE, &CURVED),
         &[],
-        Dispatch::Groups(|shape, work| {
-            let side = ((shape.n() + 1) / 8).div_ceil(8);
-            [side, side, if work.shifted { work.lanes } else { 0 }]
-        }),
+        if variant.ground == Ground::Plane {
+            Dispatch::Groups(|shape, work| groups(bounds_side(shape, Ground::Plane), work))
+        } else {
+            Dispatch::Groups(|shape, work| groups(bounds_side(shape, Ground::Curved), work))
+        },
     )
+}
+
+fn groups(side: u32, work: FrameWork) -> [u32; 3] {
+    [side.div_ceil(8), side.div_ceil(8), if work.shifted { work.lanes } else { 0 }]
 }
