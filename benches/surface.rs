@@ -151,6 +151,11 @@ fn main() {
     }
     for (name, grid) in [("region on an ellipsoid, whole metres", &whole), ("the same, fractions", &grid)] {
         let terrain = Terrain::on(grid, "wgs84".parse().unwrap(), Prefilter::Subsample).unwrap();
-        upload(&gpu, name, &terrain, (0..400).map(|k| [15e3 + 70.0 * f64::from(k), 20e3 + 40.0 * f64::from(k), 3e3, 0.0, -20.0]));
+        upload(
+            &gpu,
+            name,
+            &terrain,
+            (0..400).map(|k| [15e3 + 70.0 * f64::from(k), 20e3 + 40.0 * f64::from(k), 3e3, 0.0, -20.0]),
+        );
     }
 }

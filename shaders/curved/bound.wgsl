@@ -7,16 +7,19 @@
 fn bound_block(level: u32, block: vec2<i32>, lo: vec2<i32>, hi: vec2<i32>) {
     var low = vec3<i32>(2147483647i);
     var high = vec3<i32>(-2147483647i);
-    let home = block_of(level, lo).record;
+    let home = anchor_of(level, lo);
     for (var y = lo.y; y <= hi.y; y++) {
         for (var x = lo.x; x <= hi.x; x++) {
             let node = vec2<i32>(x, y);
             let sample = samples[sample_address(level, node)].xyz;
             if sample.x != VOID_POSITION {
-                let record = block_of(level, node).record;
-                let apart = ((records[record].xyz - records[home].xyz) << vec3<u32>(LOW_BITS)) + records[record + 1u].xyz - records[home + 1u].xyz;
-                low = min(low, sample + apart);
-                high = max(high, sample + apart);
+                let own = anchor_of(level, node);
+                var offset = sample;
+                if own != home {
+                    offset += apart(home, own);
+                }
+                low = min(low, offset);
+                high = max(high, offset);
             }
         }
     }

@@ -24,9 +24,9 @@ fn box_over(level: u32, rect_lo: vec2<i32>, rect_hi: vec2<i32>) -> Box {
             let low = block_bounds[address].xyz;
             let high = block_bounds[address + 1u].xyz;
             if low.x <= high.x {
-                let record = block_of(level, max(block * BOUNDS_CELLS, area.lo)).record;
-                box.lo = min(box.lo, placed(level, record, low));
-                box.hi = max(box.hi, placed(level, record, high));
+                let anchor = anchor_of(level, max(block * BOUNDS_CELLS, area.lo));
+                box.lo = min(box.lo, placed(level, anchor, low));
+                box.hi = max(box.hi, placed(level, anchor, high));
             }
         }
     }

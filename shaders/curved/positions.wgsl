@@ -15,8 +15,7 @@ struct Point {
 
 fn point_at(level: u32, node: vec2<i32>) -> Point {
     let sample = samples[sample_address(level, node)];
-    let block = block_of(level, node);
-    return Point(placed(level, block.record, sample.xyz), u32(sample.w), sample.x != VOID_POSITION);
+    return Point(placed(level, anchor_of(level, node), sample.xyz), u32(sample.w), sample.x != VOID_POSITION);
 }
 
 // 0 in the middle of the window, 1 before its perimeter (Losasso and Hoppe 2004, section 5).
@@ -41,24 +40,33 @@ fn coarse_point(level: u32, node: vec2<i32>) -> Point {
     return Point((a.at + b.at) * 0.5, a.shade, a.valid && b.valid);
 }
 
-fn neighbour(level: u32, node: vec2<i32>, centre: vec3<f32>) -> vec3<f32> {
-    let p = point_at(level, node);
-    return select(centre, p.at, p.valid);
+// A neighbour's offset as seen from an anchor; that of the centre where it is void. Anchors are read only
+// where the neighbour lies on another block.
+fn seen_from(anchor: u32, level: u32, node: vec2<i32>, centre: vec3<i32>) -> vec3<i32> {
+    let offset = samples[sample_address(level, node)].xyz;
+    if offset.x == VOID_POSITION {
+        return centre;
+    }
+    let own = anchor_of(level, node);
+    if own == anchor {
+        return offset;
+    }
+    return offset + apart(anchor, own);
 }
 
 // From central differences of positions, one-sided at the window's border; the base's own direction where
 // cells are folded to nothing.
-fn normal_at(level: u32, node: vec2<i32>, centre: Point) -> vec3<f32> {
+fn normal_at(level: u32, node: vec2<i32>, centre: vec4<i32>, anchor: u32) -> vec3<f32> {
     let area = held(level);
     let lo = max(node - vec2<i32>(1i), area.lo);
     let hi = min(node + vec2<i32>(1i), area.hi);
-    let u = neighbour(level, vec2<i32>(hi.x, node.y), centre.at) - neighbour(level, vec2<i32>(lo.x, node.y), centre.at);
-    let v = neighbour(level, vec2<i32>(node.x, hi.y), centre.at) - neighbour(level, vec2<i32>(node.x, lo.y), centre.at);
-    // Scaled first: squares of cliffs and of absurd sizes would overflow.
-    let size = max(max(abs(u.x), max(abs(u.y), abs(u.z))), max(abs(v.x), max(abs(v.y), abs(v.z))));
-    let n = cross(u / max(size, 1e-30), v / max(size, 1e-30)) * select(1.0, -1.0, is_mirrored());
+    let own = centre.xyz;
+    let u = vec3<f32>(seen_from(anchor, level, vec2<i32>(hi.x, node.y), own) - seen_from(anchor, level, vec2<i32>(lo.x, node.y), own));
+    let v = vec3<f32>(seen_from(anchor, level, vec2<i32>(node.x, hi.y), own) - seen_from(anchor, level, vec2<i32>(node.x, lo.y), own));
+    // Units, at most 2^31: scaled before squares could overflow.
+    let n = cross(u * 1e-6, v * 1e-6) * select(1.0, -1.0, is_mirrored());
     let length = sqrt(dot(n, n));
-    return select(up_of(centre.shade), n / max(length, 1e-30), length > 1e-12);
+    return select(up_of(u32(centre.w)), n / max(length, 1e-30), length > 1e-12);
 }
 
 fn up_of(shade: u32) -> vec3<f32> {
@@ -68,7 +76,9 @@ fn up_of(shade: u32) -> vec3<f32> {
 // Writes one vertex: the sample of `owner` at `base`; a void one is marked.
 fn put_vertex(at: u32, owner: u32, base: vec2<i32>, tag: u32) {
     let node = node_of(owner, base);
-    let own = point_at(owner, node);
+    let sample = samples[sample_address(owner, node)];
+    let anchor = anchor_of(owner, node);
+    let own = Point(placed(owner, anchor, sample.xyz), u32(sample.w), sample.x != VOID_POSITION);
     if HAS_VOIDS && !own.valid {
         vertices[at] = Vertex(0.0, 0.0, 0.0, 0xffffffffu);
         return;
@@ -82,7 +92,7 @@ fn put_vertex(at: u32, owner: u32, base: vec2<i32>, tag: u32) {
             position = select(own.at, clamp(between, min(own.at, coarse.at), max(own.at, coarse.at)), coarse.valid);
         }
     }
-    let q = vec2<u32>(round((octahedral(normal_at(owner, node, own)) * 0.5 + 0.5) * 4094.0));
+    let q = vec2<u32>(round((octahedral(normal_at(owner, node, sample, anchor)) * 0.5 + 0.5) * 4094.0));
     vertices[at] = Vertex(position.x, position.y, position.z, tag | q.x | (q.y << 12u));
     shades[at] = own.shade;
 }

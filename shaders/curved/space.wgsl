@@ -1,6 +1,8 @@
 // Where things are on a curved base surface. Every sample's position is three integers, offsets from the
 // anchor of its block in units of its level; anchors are integers, too. What is near the camera is thus
 // subtracted exactly, whatever the distance from the world's origin; only the difference becomes f32.
+// A sample is four words: the offset, and in the fourth the base's outward direction (octahedral, 2 x 10 bits)
+// and the height (12 bits of the data's range), for the colours.
 
 const VOID_POSITION = -2147483647i - 1i; // first offset of a sample that is void
 const LOW_BITS = 24u;               // of an anchor; its high part counts 2^24 units
@@ -22,19 +24,18 @@ struct Curve {
     horizon_eye: vec3<f32>,       // eye from the centre
     chart_count: u32,
     block_shift: u32,             // log2 of the cells of a block of the base surface
-    block_side: u32,              // blocks a side of a lane's toroidal table
-    record_words: u32,            // 16-byte words of a block's record
-    spare: u32,
+    record_side: u32,             // blocks a side of a lane's toroidal table of records
+    spare: vec2<u32>,
 }
 
-// One sample: offset from its block's anchor in the level's units; in w the base's outward direction
-// (octahedral, 2 x 10 bits) and the height (12 bits of the data's range), for the colours.
 @group(0) @binding(12) var<uniform> curve: Curve;
-@group(0) @binding(14) var<storage, read> records: array<vec4<i32>>;
+@group(0) @binding(14) var<storage, read> anchors: array<vec4<i32>>; // high and low parts, block after block
+
+const TABLE = 32; // blocks a side of a lane's toroidal table of anchors
 
 struct Block {
-    record: u32,       // its first word in `records`
-    local: vec2<i32>,  // the node's place in it
+    at: vec2<i32>,
+    local: vec2<i32>, // the node's place in it
 }
 
 // Block of a node. The data's last node begins a block of its own: it may stand nearer than a whole cell.
@@ -43,18 +44,26 @@ fn block_of(level: u32, node: vec2<i32>) -> Block {
     let last = node_of(level, data_last());
     let beyond = node >= last;
     let at = select(node >> vec2<u32>(curve.block_shift), (last + cells - 1i) >> vec2<u32>(curve.block_shift), beyond);
-    let local = select(node & vec2<i32>(cells - 1i), node - last, beyond);
-    let side = i32(curve.block_side);
-    let wrapped = vec2<u32>(((at % side) + side) % side);
-    let place = (lane_of(level) * curve.block_side + wrapped.y) * curve.block_side + wrapped.x;
-    return Block(place * curve.record_words, local);
+    return Block(at, select(node & vec2<i32>(cells - 1i), node - last, beyond));
+}
+
+// Place of a node's anchor.
+fn anchor_of(level: u32, node: vec2<i32>) -> u32 {
+    let at = vec2<u32>(block_of(level, node).at & vec2<i32>(TABLE - 1));
+    return 2u * ((lane_of(level) * u32(TABLE) + at.y) * u32(TABLE) + at.x);
+}
+
+// Units from one anchor to another; the same level.
+fn apart(from_anchor: u32, to_anchor: u32) -> vec3<i32> {
+    let high = anchors[to_anchor].xyz - anchors[from_anchor].xyz;
+    return (high << vec3<u32>(LOW_BITS)) + anchors[to_anchor + 1u].xyz - anchors[from_anchor + 1u].xyz;
 }
 
 // Offset from a block's anchor -> metres from the frame's anchor.
-fn placed(level: u32, record: u32, offset: vec3<i32>) -> vec3<f32> {
+fn placed(level: u32, anchor: u32, offset: vec3<i32>) -> vec3<f32> {
     let at = curve.levels[level];
-    let low = records[record + 1u].xyz - at.lo + offset;
-    let high = records[record].xyz - at.hi + (low >> vec3<u32>(LOW_BITS));
+    let low = anchors[anchor + 1u].xyz - at.lo + offset;
+    let high = anchors[anchor].xyz - at.hi + (low >> vec3<u32>(LOW_BITS));
     let part = low & vec3<i32>((1i << LOW_BITS) - 1i);
     // Both terms are exact; their sum is rounded once.
     let metres = vec3<f32>(high) * (at.unit_m * 16777216.0) + vec3<f32>(part) * at.unit_m;

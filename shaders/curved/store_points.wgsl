@@ -7,11 +7,11 @@ const WORDS_PER_SAMPLE = 3u;
 fn store_sample(level: u32, node: vec2<i32>, first: u32, k: u32) {
     let at = first + 3u * k;
     let offset = bitcast<vec3<i32>>(vec3<u32>(staging[at], staging[at + 1u], staging[at + 2u]));
-    let block = block_of(level, node);
+    let anchor = anchor_of(level, node);
     // World height: the anchor's own, then the offset; for the colours only.
     let unit = curve.levels[level].unit_m;
-    let high = f32(records[block.record].z) * (unit * 16777216.0);
-    let height = high + f32(records[block.record + 1u].z + offset.z) * unit;
+    let high = f32(anchors[anchor].z) * (unit * 16777216.0);
+    let height = high + f32(anchors[anchor + 1u].z + offset.z) * unit;
     let shade = i32(shade_of(vec3<f32>(0.0, 0.0, 1.0), height));
     windows[sample_address(level, node)] = vec4<i32>(offset, select(shade, 0i, offset.x == VOID_POSITION));
 }

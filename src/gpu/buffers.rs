@@ -79,19 +79,17 @@ impl Extent {
         }
     }
 
-    /// 16-byte words of a block's record.
+    /// Blocks a side of a lane's toroidal table of records: 16 in a window, and both ragged ends. Positions
+    /// need none.
     #[must_use]
-    pub fn record_words(self) -> usize {
-        match self.ground {
-            Ground::Plane => 0,
-            Ground::Curved => crate::surface::RECORD_WORDS,
-            Ground::Points => crate::surface::ANCHOR_WORDS,
-        }
+    pub(crate) fn record_side(self) -> u32 {
+        if self.ground == Ground::Curved { 19 } else { 0 }
     }
 }
 
-/// Blocks of the base surface a side of a lane's toroidal table: 16 in a window, and both ragged ends.
-pub(crate) const BLOCK_SIDE: u32 = 19;
+/// Blocks a side of a lane's toroidal table of anchors: enough for the windows', and a power of two, because
+/// every vertex looks its anchor up.
+pub(crate) const ANCHOR_SIDE: u32 = 32;
 
 /// Blocks of bounds a side of a lane: of 16 cells on a plane, of 4 elsewhere, and twice the window's
 /// width, so that both ragged ends fit.
@@ -132,6 +130,7 @@ pub struct CurvedBuffers {
     pub curve: wgpu::Buffer,
     pub charts: wgpu::Buffer,
     pub records: wgpu::Buffer,
+    pub anchors: wgpu::Buffer,
     pub shades: wgpu::Buffer,
 }
 
@@ -175,7 +174,12 @@ impl Buffers {
                 charts: make("charts", u64::from(extent.charts) * size_of::<GpuChart>() as u64, host)?,
                 records: make(
                     "records",
-                    lanes * u64::from(BLOCK_SIDE).pow(2) * extent.record_words() as u64 * 16,
+                    lanes * u64::from(extent.record_side()).pow(2) * crate::surface::RECORD_WORDS as u64 * 16,
+                    host,
+                )?,
+                anchors: make(
+                    "anchors",
+                    lanes * u64::from(ANCHOR_SIDE).pow(2) * crate::surface::ANCHOR_WORDS as u64 * 16,
                     host,
                 )?,
                 shades: make("shades", vertices * 4, U::STORAGE | U::VERTEX)?,
@@ -225,6 +229,7 @@ impl Buffers {
                 ("curve", &c.curve),
                 ("charts", &c.charts),
                 ("records", &c.records),
+                ("anchors", &c.anchors),
                 ("shades", &c.shades),
             ]);
         }

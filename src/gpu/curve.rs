@@ -31,9 +31,8 @@ pub struct GpuCurve {
     pub horizon_eye: [f32; 3],
     pub chart_count: u32,
     pub block_shift: u32,
-    pub block_side: u32,
-    pub record_words: u32,
-    pub spare: u32,
+    pub record_side: u32,
+    pub spare: [u32; 2],
 }
 
 /// One chart (`Chart` in WGSL).

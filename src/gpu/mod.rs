@@ -10,7 +10,7 @@ pub(crate) mod passes;
 mod readback;
 mod shaders;
 
-pub(crate) use buffers::{BLOCK_SIDE, block_cells, bounds_side};
+pub(crate) use buffers::{ANCHOR_SIDE, block_cells, bounds_side};
 pub use buffers::{Buffers, Capacity, CurvedBuffers, Extent};
 pub(crate) use curve::packed_charts;
 pub use curve::{GpuChart, GpuCurve, GpuCurveLevel};

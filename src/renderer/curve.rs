@@ -7,17 +7,19 @@ use glam::DVec3;
 use super::{Renderer, State};
 use crate::camera::Camera;
 use crate::clipmap::{ChartWindows, ClipmapShape, Strip};
-use crate::gpu::{BLOCK_SIDE, GpuCurve, GpuCurveLevel, Ground, block_cells};
+use crate::gpu::{ANCHOR_SIDE, GpuCurve, GpuCurveLevel, Ground, block_cells};
 use crate::measure::FrameUpload;
 use crate::reference::Frustum;
 use crate::scene::{Curved, Terrain};
-use crate::surface::{LOW_BITS, Units, anchor_record, anchor_words, block_record, words_m};
+use crate::surface::{
+    ANCHOR_WORDS, LOW_BITS, RECORD_WORDS, Units, anchor_at, anchor_words, block_record, words_m,
+};
 
 /// What a renderer keeps of its base surface.
 pub(super) struct CurveState {
     curved: Arc<Curved>,
     units: Units,
-    /// Block whose record lies in each place of each lane's toroidal table.
+    /// Block whose anchor lies in each place of each lane's toroidal table; its record lies with it.
     held: Vec<Option<[i32; 2]>>,
     /// Greatest height above or below the base surface, metres.
     height_m: f64,
@@ -32,7 +34,7 @@ impl CurveState {
         let cell_m = curved.surface.cell_m();
         let units = Units::new(shape.levels(), cell_m, block_cells(shape), height_m, reach_m);
         let charts = terrain.graph().charts.len();
-        let places = charts * shape.levels() as usize * (BLOCK_SIDE * BLOCK_SIDE) as usize;
+        let places = charts * shape.levels() as usize * (ANCHOR_SIDE * ANCHOR_SIDE) as usize;
         Self { curved: curved.clone(), units, held: vec![None; places], height_m, lowest_m: low }
     }
 
@@ -52,13 +54,13 @@ impl CurveState {
 }
 
 impl Renderer {
-    /// Records of the blocks under all windows that the GPU does not hold yet.
+    /// Anchors and records of the blocks under all windows that the GPU does not hold yet.
     pub(super) fn upload_records(&mut self, windows: &ChartWindows, upload: &mut FrameUpload) {
         let (Some(state), Some(buffers)) = (&mut self.curve, &self.buffers.curved) else { return };
         let cells = i32::try_from(block_cells(self.shape)).unwrap_or(1);
-        let words = self.plan.variant.extent().record_words();
-        let side = BLOCK_SIDE as i32;
         let levels = self.shape.levels();
+        let mut anchors = Runs::new(ANCHOR_SIDE, ANCHOR_WORDS);
+        let mut records = Runs::new(self.plan.variant.extent().record_side(), RECORD_WORDS);
         for (chart, own) in windows.charts.iter().enumerate() {
             for level in 0..levels {
                 let area = own.held(level);
@@ -68,48 +70,33 @@ impl Renderer {
                 let last = own.lattice.last_at(level);
                 let unit = state.units.level_m[level as usize];
                 let lane = chart * levels as usize + level as usize;
-                // Nodes from the last one on begin a block of their own.
-                let block = |node: i32, a: usize| {
-                    if node >= last[a] {
-                        (last[a] + cells - 1).div_euclid(cells)
-                    } else {
-                        node.div_euclid(cells)
-                    }
-                };
-                for y in block(area.lo[1], 1)..=block(area.hi[1], 1) {
-                    let row = (lane as i32 * side + y.rem_euclid(side)) * side;
-                    // Runs of neighbours in the table go in one write.
-                    let mut run: Vec<[i32; 4]> = Vec::new();
-                    let mut run_at = 0;
-                    for x in block(area.lo[0], 0)..=block(area.hi[0], 0) {
-                        let at = (row + x.rem_euclid(side)) as usize;
-                        if state.held[at] == Some([x, y]) {
+                let [lo, hi] =
+                    [area.lo, area.hi].map(|node| [0, 1].map(|a| block_at(node[a], last[a], cells)));
+                for y in lo[1]..=hi[1] {
+                    for x in lo[0]..=hi[0] {
+                        let held = &mut state.held[anchors.place(lane, [x, y])];
+                        if *held == Some([x, y]) {
                             continue;
                         }
-                        state.held[at] = Some([x, y]);
-                        if !run.is_empty() && at != run_at + run.len() / words {
-                            flush(&self.queue, &buffers.records, run_at * words, &mut run, upload);
+                        *held = Some([x, y]);
+                        if state.curved.points.is_some() {
+                            let anchor = point_anchor(&state.curved, level, [x, y], cells);
+                            anchors.add(lane, [x, y], &anchor_at(anchor, unit));
+                            continue;
                         }
-                        if run.is_empty() {
-                            run_at = at;
-                        }
-                        if let Some(points) = &state.curved.points {
-                            let start = [x, y].map(|b| b * cells);
-                            let node = [0, 1].map(|a| start[a].clamp(0, last[a]));
-                            let anchor = points.position(level, node).unwrap_or_else(|| {
-                                let at = node.map(|n| f64::from(n) * f64::from(1_u32 << level));
-                                state.curved.surface.base(0, at).0.to_array()
-                            });
-                            run.extend(anchor_record(anchor, unit));
-                        } else {
-                            let surface = state.curved.surface.as_ref();
-                            let record =
-                                block_record(surface, chart, own.lattice.last, level, [x, y], cells, unit);
-                            run.extend_from_slice(bytemuck::cast_slice(std::slice::from_ref(&record)));
-                        }
+                        let surface = state.curved.surface.as_ref();
+                        let (anchor, record) =
+                            block_record(surface, chart, own.lattice.last, level, [x, y], cells, unit);
+                        anchors.add(lane, [x, y], &anchor);
+                        records.add(lane, [x, y], bytemuck::cast_slice(std::slice::from_ref(&record)));
                     }
-                    flush(&self.queue, &buffers.records, run_at * words, &mut run, upload);
                 }
+            }
+        }
+        for (buffer, runs) in [(&buffers.anchors, anchors), (&buffers.records, records)] {
+            for (first_word, run) in runs.done {
+                self.queue.write_buffer(buffer, first_word as u64 * 16, bytemuck::cast_slice(&run));
+                upload.surface_bytes += size_of_val(&run[..]) as u64;
             }
         }
     }
@@ -129,18 +116,8 @@ impl Renderer {
                     self.staging.extend([i32::MIN.cast_unsigned(), 0, 0]);
                     continue;
                 };
-                let first = [0, 1].map(|a| {
-                    let block = if node[a] >= last[a] {
-                        (last[a] + cells - 1).div_euclid(cells)
-                    } else {
-                        node[a].div_euclid(cells)
-                    };
-                    (block * cells).clamp(0, last[a])
-                });
-                let anchor = points.position(strip.level, first).unwrap_or_else(|| {
-                    let at = first.map(|n| f64::from(n) * f64::from(1_u32 << strip.level));
-                    state.curved.surface.base(0, at).0.to_array()
-                });
+                let block = [0, 1].map(|a| block_at(node[a], last[a], cells));
+                let anchor = point_anchor(&state.curved, strip.level, block, cells);
                 let offset = |a: usize| {
                     let from = words_m(anchor_words(anchor[a], unit), unit);
                     #[expect(clippy::cast_possible_truncation, reason = "saturates; units make it fit")]
@@ -189,9 +166,8 @@ impl Renderer {
             horizon_eye: horizon_eye.as_vec3().to_array(),
             chart_count: self.plan.variant.charts,
             block_shift: block_cells(self.shape).trailing_zeros(),
-            block_side: BLOCK_SIDE,
-            record_words: u32::try_from(self.plan.variant.extent().record_words()).unwrap_or_default(),
-            spare: 0,
+            record_side: self.plan.variant.extent().record_side(),
+            spare: [0; 2],
         };
         State {
             windows,
@@ -226,16 +202,46 @@ impl Renderer {
     }
 }
 
-fn flush(
-    queue: &wgpu::Queue,
-    records: &wgpu::Buffer,
-    first_word: usize,
-    run: &mut Vec<[i32; 4]>,
-    upload: &mut FrameUpload,
-) {
-    if !run.is_empty() {
-        queue.write_buffer(records, first_word as u64 * 16, bytemuck::cast_slice(run));
-        upload.surface_bytes += size_of_val(&run[..]) as u64;
-        run.clear();
+/// Block of a node along one axis; nodes from the last one on begin a block of their own.
+fn block_at(node: i32, last: i32, cells: i32) -> i32 {
+    if node >= last { (last + cells - 1).div_euclid(cells) } else { node.div_euclid(cells) }
+}
+
+/// Anchor of a block of positions: its first node, or what lies nearest to it where that is void.
+fn point_anchor(curved: &Curved, level: u32, block: [i32; 2], cells: i32) -> [f64; 3] {
+    let last = curved.graph.charts[0].lattice.last_at(level);
+    let node = [0, 1].map(|a| (block[a] * cells).clamp(0, last[a]));
+    let known = curved.points.as_ref().and_then(|p| p.position(level, node));
+    known.unwrap_or_else(|| {
+        let at = node.map(|n| f64::from(n) * f64::from(1_u32 << level));
+        curved.surface.base(0, at).0.to_array()
+    })
+}
+
+/// Entries of the lanes' toroidal tables, neighbours in one write.
+struct Runs {
+    side: u32,
+    words: usize,
+    done: Vec<(usize, Vec<[i32; 4]>)>,
+}
+
+impl Runs {
+    fn new(side: u32, words: usize) -> Self {
+        Self { side, words, done: Vec::new() }
+    }
+
+    fn place(&self, lane: usize, block: [i32; 2]) -> usize {
+        let side = i64::from(self.side.max(1));
+        let [x, y] = block.map(|b| i64::from(b).rem_euclid(side));
+        let place = (lane as i64 * side + y) * side + x;
+        usize::try_from(place).unwrap_or_default()
+    }
+
+    fn add(&mut self, lane: usize, block: [i32; 2], entry: &[[i32; 4]]) {
+        let word = self.place(lane, block) * self.words;
+        match self.done.last_mut() {
+            Some((first, run)) if *first + run.len() == word => run.extend_from_slice(entry),
+            _ => self.done.push((word, entry.to_vec())),
+        }
     }
 }

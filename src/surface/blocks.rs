@@ -12,9 +12,9 @@ use super::Charted;
 pub const LOW_BITS: u32 = 24;
 
 /// 16-byte words of a record.
-pub const RECORD_WORDS: usize = 20;
+pub const RECORD_WORDS: usize = 18;
 
-/// 16-byte words of a record that holds an anchor alone.
+/// 16-byte words of an anchor.
 pub const ANCHOR_WORDS: usize = 2;
 
 /// Units of the levels' integers, metres; powers of two.
@@ -74,8 +74,8 @@ pub fn words_m((high, low): (i32, i32), unit_m: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct BlockRecord {
-    /// Anchor, high parts; then low parts; then the linear part per cell along u and along v, in units.
-    pub integers: [[i32; 4]; 4],
+    /// The linear part per cell along u and along v, in units.
+    pub linear: [[i32; 4]; 2],
     /// What is left of the surface: coefficients in metres of 1 u v uu uv vv ... vvvv, with u and v from
     /// -1 to 1 across the block.
     pub surface: [[f32; 3]; 15],
@@ -123,7 +123,7 @@ const QUARTIC: [[f64; 5]; 5] = [
     [2.0 / 3.0, -8.0 / 3.0, 4.0, -8.0 / 3.0, 2.0 / 3.0],
 ];
 
-/// The record of block `block` of `cells` x `cells` cells of `level` of a chart whose last base node is
+/// Anchor and record of block `block` of `cells` x `cells` cells of `level` of a chart whose last base node is
 /// `last`.
 #[must_use]
 pub fn block_record(
@@ -134,7 +134,7 @@ pub fn block_record(
     block: [i32; 2],
     cells: i32,
     unit_m: f64,
-) -> BlockRecord {
+) -> ([[i32; 4]; ANCHOR_WORDS], BlockRecord) {
     let start = [0, 1].map(|a| f64::from(block_start(last[a], level, cells, block[a])));
     let span = f64::from(cells) * f64::from(1_u32 << level);
     let mut values = [[[0.0; 6]; 5]; 5];
@@ -146,13 +146,14 @@ pub fn block_record(
         }
     }
     let mut record =
-        BlockRecord { integers: [[0; 4]; 4], surface: [[0.0; 3]; 15], normal: [[0.0; 3]; 6], padding: 0.0 };
+        BlockRecord { linear: [[0; 4]; 2], surface: [[0.0; 3]; 15], normal: [[0.0; 3]; 6], padding: 0.0 };
+    let mut anchors = [[0; 4]; ANCHOR_WORDS];
     let half = f64::from(cells) / 2.0;
     for axis in 0..3 {
         let anchor = anchor_words(values[2][2][axis], unit_m);
         let anchor_m = words_m(anchor, unit_m);
-        record.integers[0][axis] = anchor.0;
-        record.integers[1][axis] = anchor.1;
+        anchors[0][axis] = anchor.0;
+        anchors[1][axis] = anchor.1;
         // Relative to the anchor before anything else, so that no digits are lost to the radius.
         let relative = values.map(|row| row.map(|v| v[axis] - anchor_m));
         for (k, term) in TERMS.iter().enumerate() {
@@ -161,7 +162,7 @@ pub fn block_record(
                 let per_cell = (c / half / unit_m).round();
                 #[expect(clippy::cast_possible_truncation, reason = "units are chosen so that it fits")]
                 let whole = per_cell as i32;
-                record.integers[k + 1][axis] = whole;
+                record.linear[k - 1][axis] = whole;
                 c -= f64::from(whole) * half * unit_m;
             }
             record.surface[k][axis] = c as f32;
@@ -171,12 +172,12 @@ pub fn block_record(
             record.normal[k][axis] = coefficient(&normals, *term) as f32;
         }
     }
-    record
+    (anchors, record)
 }
 
-/// A record that holds an anchor alone, for samples that are positions.
+/// An anchor alone, for samples that are positions.
 #[must_use]
-pub fn anchor_record(anchor_m: [f64; 3], unit_m: f64) -> [[i32; 4]; ANCHOR_WORDS] {
+pub fn anchor_at(anchor_m: [f64; 3], unit_m: f64) -> [[i32; 4]; ANCHOR_WORDS] {
     let words = anchor_m.map(|v| anchor_words(v, unit_m));
     [[words[0].0, words[1].0, words[2].0, 0], [words[0].1, words[1].1, words[2].1, 0]]
 }
@@ -202,7 +203,13 @@ mod tests {
     }
 
     /// Evaluates a record in f64 as the shader does in f32.
-    fn evaluate(r: &BlockRecord, cell: [f64; 2], half: f64, unit: f64) -> ([f64; 3], [f64; 3]) {
+    fn evaluate(
+        anchor: &[[i32; 4]; 2],
+        r: &BlockRecord,
+        cell: [f64; 2],
+        half: f64,
+        unit: f64,
+    ) -> ([f64; 3], [f64; 3]) {
         let s = cell.map(|c| c / half);
         let at = |c: &[[f32; 3]], axis: usize| -> f64 {
             c.iter()
@@ -211,8 +218,8 @@ mod tests {
                 .sum()
         };
         let position = [0, 1, 2].map(|a| {
-            words_m((r.integers[0][a], r.integers[1][a]), unit)
-                + (f64::from(r.integers[2][a]) * cell[0] + f64::from(r.integers[3][a]) * cell[1]) * unit
+            words_m((anchor[0][a], anchor[1][a]), unit)
+                + (f64::from(r.linear[0][a]) * cell[0] + f64::from(r.linear[1][a]) * cell[1]) * unit
                 + at(&r.surface, a)
         });
         (position, [0, 1, 2].map(|a| at(&r.normal, a)))
@@ -226,12 +233,12 @@ mod tests {
         let mut worst = 0.0_f64;
         for chart in 0..6 {
             for block in [[0, 0], [64, 64], [127, 0], [128, 128], [31, 90], [-1, 128]] {
-                let r = block_record(&earth, chart, [size; 2], 0, block, 16, units.level_m[0]);
+                let (a, r) = block_record(&earth, chart, [size; 2], 0, block, 16, units.level_m[0]);
                 for k in 0..25 {
                     let cell = [f64::from(k % 5) * 4.0 - 8.0 + 1.0, f64::from(k / 5) * 4.0 - 8.0 + 0.5];
                     let start = block.map(|b| f64::from(block_start(size, 0, 16, b)));
                     let (p, n) = earth.base(chart, [start[0] + 8.0 + cell[0], start[1] + 8.0 + cell[1]]);
-                    let (q, m) = evaluate(&r, cell, 8.0, units.level_m[0]);
+                    let (q, m) = evaluate(&a, &r, cell, 8.0, units.level_m[0]);
                     // At 9 km of height, the normal's error is part of it.
                     let at_height = |p: [f64; 3], n: [f64; 3]| {
                         glam::DVec3::from_array([0, 1, 2].map(|a| p[a] + 9_000.0 * n[a]))

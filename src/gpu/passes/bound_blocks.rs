@@ -10,7 +10,7 @@ const CURVED: [u32; 6] = [
     binding::BLOCK_BOUNDS,
     binding::CURVE,
     binding::CHARTS,
-    binding::RECORDS,
+    binding::ANCHORS,
 ];
 
 pub(crate) fn new(device: &wgpu::Device, buffers: &Buffers, variant: Variant) -> ComputePass {

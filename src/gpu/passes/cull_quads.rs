@@ -21,7 +21,7 @@ const CURVED: [u32; 9] = [
     binding::PATCHES,
     binding::CURVE,
     binding::CHARTS,
-    binding::RECORDS,
+    binding::ANCHORS,
 ];
 
 pub(crate) fn new(device: &wgpu::Device, buffers: &Buffers, variant: Variant) -> ComputePass {

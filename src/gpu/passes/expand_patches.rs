@@ -21,7 +21,7 @@ const CURVED: [u32; 10] = [
     binding::INDICES,
     binding::CURVE,
     binding::CHARTS,
-    binding::RECORDS,
+    binding::ANCHORS,
     binding::SHADES,
 ];
 

@@ -27,8 +27,9 @@ pub(crate) mod binding {
     pub const STAGING: u32 = 11;
     pub const CURVE: u32 = 12;
     pub const CHARTS: u32 = 13;
-    pub const RECORDS: u32 = 14;
+    pub const ANCHORS: u32 = 14;
     pub const SHADES: u32 = 15;
+    pub const RECORDS: u32 = 16;
 }
 
 /// Which variant of the shaders a scene needs; everything else is not compiled.
@@ -181,6 +182,7 @@ fn buffer(buffers: &Buffers, number: u32) -> &wgpu::Buffer {
             binding::CURVE => return &curved.curve,
             binding::CHARTS => return &curved.charts,
             binding::RECORDS => return &curved.records,
+            binding::ANCHORS => return &curved.anchors,
             binding::SHADES => return &curved.shades,
             _ => {}
         }
