@@ -37,6 +37,17 @@ impl Rig<'_> {
         begin.elapsed().as_secs_f64() * 1e3
     }
 
+    /// Culling and expansion alone.
+    fn mesh(&mut self) -> f64 {
+        let begin = Instant::now();
+        self.renderer.prepare(&self.camera, SIZE).unwrap();
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.renderer.record_mesh(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        begin.elapsed().as_secs_f64() * 1e3
+    }
+
     fn triangles(&self) -> u32 {
         self.renderer.read_counters().unwrap().index_count / 3
     }
@@ -86,6 +97,8 @@ fn cost(gpu: &Gpu) {
     let all = Scene { cull: false, ..scene.clone() };
     let (mut a, mut b) = (rig(gpu, &plane, camera, &all), rig(gpu, &curved, camera, &all));
     let (heights, positions, noise) = paired(&mut a, &mut b, 8);
+    let (mesh_a, mesh_b) = (median((0..9).map(|_| a.mesh()).collect()), median((0..9).map(|_| b.mesh()).collect()));
+    println!("nothing culled, culling and expansion alone: {mesh_a:.2} and {mesh_b:.2} ms");
     println!(
         "nothing culled, {} and {} triangles: {heights:.2} and {positions:.2} ms: {:.3} (to reach: 1.25); A against A {:.1} %",
         a.triangles(),

@@ -7,9 +7,9 @@ override FOG: bool = true;
 
 fn surface_color(in: Seen) -> vec3<f32> {
     let normal = normalize(in.normal);
-    let place = relief(in);
-    let slope = dot(normal, place.xyz);
-    let t = place.w;
+    let place = relief(in, normal);
+    let slope = place.x;
+    let t = place.y;
     let level = (in.tag >> 24u) & 31u;
     let kind = in.tag >> 29u;
     var color: vec3<f32>;

@@ -187,7 +187,11 @@ fn expand_cell(work: ptr<function, Work>, cell: vec2<u32>) {
 }
 
 // A vertex of the current chart; on a border it may belong to another.
-fn put_owned(at: u32, own_level: u32, base: vec2<i32>, tag: u32) {
+fn put_owned(at: u32, own_level: u32, base: vec2<i32>, tag: u32, on_border: bool) {
+    if !on_border {
+        put_vertex(at, own_level, base, tag);
+        return;
+    }
     let home = current_chart();
     let owner = owner_across(own_level, base);
     put_vertex(at, owner.level, owner.base, tag);
@@ -202,7 +206,7 @@ fn expand_extras(record: PatchRecord, thread: u32, tag: u32) {
     let count = work.spans[3].start + span_count(work.spans[3]);
     for (var e = thread; e < count; e += 64u) {
         let base = extra_base(&work, e);
-        put_owned(first + e, owner_of(work.level, base), base, tag);
+        put_owned(first + e, owner_of(work.level, base), base, tag, true);
     }
 }
 
@@ -229,9 +233,14 @@ fn expand_patches(
     let level = (record.shape >> 16u) & 0xffu;
     let tag = (level << 24u) | (((record.shape >> 24u) & 3u) << 29u);
     enter_chart(record.shape >> 28u);
+    remember(level);
     let divided = (record.outer_sn | record.outer_we) != 0u;
     // Only patches that touch the finer window have vertices which that one owns.
     let touches = touches_finer(level, record.cell, record.cell + vec2<i32>(vec2<u32>(w, h)));
+    // Only those on a border with another chart may have vertices of that one.
+    let first_base = base_of(level, record.cell);
+    let last_base = base_of(level, record.cell + vec2<i32>(vec2<u32>(w, h)));
+    let on_border = is_glued() && (any(first_base == vec2<i32>(0i)) || any(last_base == data_last()));
     let grid = (w + 1u) * (h + 1u);
     let per_row = 1.0 / f32(w + 1u);
     for (var v = thread; v < grid; v += 64u) {
@@ -241,7 +250,7 @@ fn expand_patches(
         if touches {
             owner = owner_of(level, base);
         }
-        put_owned(record.first_vertex + v, owner, base, tag);
+        put_owned(record.first_vertex + v, owner, base, tag, on_border);
     }
     if divided {
         expand_extras(record, thread, tag);

@@ -24,8 +24,9 @@ use crate::pyramid::SampleSource;
 use crate::reference::{Frustum, Placement};
 use crate::scene::{Scene, Terrain};
 
-/// Least width of a cell of the finest level drawn, in pixels where the ground is nearest, for n = 255.
-pub const LEAST_CELL_PX: f64 = 6.15;
+/// Least width of the finest level's window, in heights of the picture where the ground is nearest. At 60
+/// degrees that is 2.5 times the distance; with n = 255 and 720 pixels a cell then has six.
+pub const LEAST_WINDOW: f64 = 2.165;
 
 /// Why a renderer cannot be made or a frame not prepared.
 #[derive(Debug, thiserror::Error)]
@@ -211,7 +212,7 @@ impl Renderer {
     /// When the camera holds numbers that cannot be drawn with.
     pub fn prepare(&mut self, camera: &Camera, size_px: [u32; 2]) -> Result<FrameUpload, RenderError> {
         camera.validate()?;
-        let windows = self.place(camera, size_px);
+        let windows = self.place(camera);
         let old = self.state.as_ref().map(|s| s.windows.clone());
         let resident = self.resident.clone();
         let mut upload = FrameUpload::default();
@@ -226,7 +227,7 @@ impl Renderer {
         Ok(upload)
     }
 
-    fn place(&self, camera: &Camera, size_px: [u32; 2]) -> ChartWindows {
+    fn place(&self, camera: &Camera) -> ChartWindows {
         let graph = self.terrain.graph();
         let (home, centre, away) = match &self.terrain.curved {
             None => {
@@ -244,7 +245,7 @@ impl Renderer {
         };
         let mut finest = 0;
         if self.scene.drop_fine_levels {
-            finest = self.finest_for(camera, away, size_px);
+            finest = self.finest_for(camera, away);
         }
         if let Some(globe) = self.terrain.curved.as_ref().and_then(|c| c.globe.as_ref()) {
             finest = self.finest_with_data(globe, camera, finest);
@@ -261,16 +262,15 @@ impl Renderer {
         eye.distance(DVec3::new(x, y, ground.min(eye.z)))
     }
 
-    /// Finest level worth drawing: its cells must be wider than [`LEAST_CELL_PX`] where the ground is
-    /// nearest (Fruehstueck 2008, section 3.5.4; Asirvatham and Hoppe 2005 say it with the window's extent).
-    fn finest_for(&self, camera: &Camera, away_m: f64, size_px: [u32; 2]) -> u32 {
+    /// Finest level worth drawing: where the ground is nearest, its window must be wider than
+    /// [`LEAST_WINDOW`] heights of the picture, which for a given n bounds the screen size of a cell from
+    /// below (Fruehstueck 2008, section 3.5.4; Asirvatham and Hoppe 2005).
+    fn finest_for(&self, camera: &Camera, away_m: f64) -> u32 {
         let spacing = self.terrain.spacing_m[0].max(self.terrain.spacing_m[1]);
-        let px_at_one_metre = 0.5 * f64::from(size_px[1].max(1)) / (camera.fov_deg.to_radians() * 0.5).tan();
-        let cell_px = |l: u32| spacing * f64::from(1_u32 << l) * px_at_one_metre / away_m.max(1e-9);
-        // Smaller windows need larger cells for the same view.
-        let least = LEAST_CELL_PX * 254.0 / f64::from(self.shape.n() - 1);
+        let picture_m = 2.0 * away_m * (camera.fov_deg.to_radians() * 0.5).tan();
+        let window_m = |l: u32| f64::from(self.shape.n() - 1) * spacing * f64::from(1_u32 << l);
         let mut level = 0;
-        while level + 1 < self.shape.levels() && cell_px(level) < least {
+        while level + 1 < self.shape.levels() && window_m(level) < LEAST_WINDOW * picture_m {
             level += 1;
         }
         level

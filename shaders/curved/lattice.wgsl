@@ -18,6 +18,10 @@ struct Chart {
 @group(0) @binding(13) var<storage, read> charts: array<Chart>;
 
 var<private> chart: u32;
+// What most vertices of a patch ask for, looked up once; `memory_of` names its chart and level.
+var<private> memory_of: u32 = 0xffffffffu;
+var<private> memory_last: vec2<i32>;
+var<private> memory_held: Rect;
 var<private> came_by: u32;
 
 fn lane_of(level: u32) -> u32 {
@@ -63,6 +67,10 @@ fn current_chart() -> u32 {
     return chart;
 }
 
+fn is_glued() -> bool {
+    return curve.chart_count > 1u;
+}
+
 fn is_mirrored() -> bool {
     return (charts[chart].flags & 1u) != 0u;
 }
@@ -79,6 +87,28 @@ fn cross_over(side: u32) -> bool {
 
 fn enter_chart(number: u32) {
     chart = number;
+}
+
+fn remember(level: u32) {
+    memory_of = lane_of(level);
+    memory_last = node_of(level, data_last());
+    memory_held = held(level);
+}
+
+// Last node of a level of the current chart.
+fn last_node(level: u32) -> vec2<i32> {
+    if memory_of == lane_of(level) {
+        return memory_last;
+    }
+    return node_of(level, data_last());
+}
+
+// As held().
+fn held_area(level: u32) -> Rect {
+    if memory_of == lane_of(level) {
+        return memory_held;
+    }
+    return held(level);
 }
 
 fn entry_side() -> u32 {

@@ -57,7 +57,7 @@ fn seen_from(anchor: u32, level: u32, node: vec2<i32>, centre: vec3<i32>) -> vec
 // From central differences of positions, one-sided at the window's border; the base's own direction where
 // cells are folded to nothing.
 fn normal_at(level: u32, node: vec2<i32>, centre: vec4<i32>, anchor: u32) -> vec3<f32> {
-    let area = held(level);
+    let area = held_area(level);
     let lo = max(node - vec2<i32>(1i), area.lo);
     let hi = min(node + vec2<i32>(1i), area.hi);
     let own = centre.xyz;

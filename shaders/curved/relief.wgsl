@@ -8,7 +8,7 @@ struct Seen {
     @location(1) normal: vec3<f32>,
     @location(2) @interpolate(flat, either) tag: u32, // packed word of the provoking vertex
     @location(3) edge: vec3<f32>,     // barycentric, wireframe only
-    @location(4) relief: vec4<f32>,   // outward direction, height from 0 (lowest) to 1
+    @location(4) relief: vec2<f32>,   // cosine of the slope, height from 0 (lowest) to 1
 }
 
 fn see(position: vec3<f32>, packed: u32, shade: u32, edge: vec3<f32>) -> Seen {
@@ -19,7 +19,7 @@ fn see(position: vec3<f32>, packed: u32, shade: u32, edge: vec3<f32>) -> Seen {
     out.tag = packed;
     out.edge = edge;
     let up = from_octahedral(vec2<f32>(f32(shade & 1023u), f32((shade >> 10u) & 1023u)) / 511.0 - 1.0);
-    out.relief = vec4<f32>(up, f32(shade >> 20u) / 4095.0);
+    out.relief = vec2<f32>(dot(out.normal, up), f32(shade >> 20u) / 4095.0);
     return out;
 }
 
@@ -36,8 +36,8 @@ fn vs_wire(@builtin(vertex_index) ix: u32) -> Seen {
     return see(vec3<f32>(v.x, v.y, v.z), v.packed, shades[indices[ix]], edge);
 }
 
-fn relief(in: Seen) -> vec4<f32> {
-    return vec4<f32>(normalize(in.relief.xyz), in.relief.w);
+fn relief(in: Seen, normal: vec3<f32>) -> vec2<f32> {
+    return in.relief;
 }
 
 // A globe's lowland is most of its land: heights over the sea are spread by their root. Water darkens with

@@ -41,7 +41,7 @@ struct Block {
 // Block of a node. The data's last node begins a block of its own: it may stand nearer than a whole cell.
 fn block_of(level: u32, node: vec2<i32>) -> Block {
     let cells = 1i << curve.block_shift;
-    let last = node_of(level, data_last());
+    let last = last_node(level);
     let beyond = node >= last;
     let at = select(node >> vec2<u32>(curve.block_shift), (last + cells - 1i) >> vec2<u32>(curve.block_shift), beyond);
     return Block(at, select(node & vec2<i32>(cells - 1i), node - last, beyond));

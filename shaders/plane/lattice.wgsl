@@ -45,6 +45,10 @@ fn current_chart() -> u32 {
     return 0u;
 }
 
+fn is_glued() -> bool {
+    return false;
+}
+
 fn is_mirrored() -> bool {
     return false;
 }
@@ -56,6 +60,10 @@ fn cross_over(side: u32) -> bool {
 
 // Back to a chart.
 fn enter_chart(chart: u32) {
+}
+
+// Remembers what a patch's vertices ask for again and again; nothing on a plane.
+fn remember(level: u32) {
 }
 
 // The side of the current chart that the last crossing came in by.

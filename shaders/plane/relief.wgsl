@@ -36,11 +36,11 @@ fn vs_wire(@builtin(vertex_index) ix: u32) -> Seen {
     return see(vec3<f32>(v.x, v.y, v.z), v.packed, edge);
 }
 
-// Outward direction and height from 0 (lowest) to 1.
-fn relief(in: Seen) -> vec4<f32> {
+// Cosine of the slope, and height from 0 (lowest) to 1.
+fn relief(in: Seen, normal: vec3<f32>) -> vec2<f32> {
     let height = in.position.z + frame.anchor_height_m;
     let range = frame.height_range_m;
-    return vec4<f32>(0.0, 0.0, 1.0, (height - range.x) / max(range.y - range.x, 1e-6));
+    return vec2<f32>(normal.z, (height - range.x) / max(range.y - range.x, 1e-6));
 }
 
 fn tint(t: f32, slope: f32) -> vec3<f32> {
