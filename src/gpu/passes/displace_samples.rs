@@ -1,20 +1,18 @@
 //! Scatters the refill strips into the toroidal windows; runs only when a window moved.
 
-use super::{ComputePass, Dispatch, Variant, binding, flag};
-use crate::gpu::{Buffers, shaders};
+use super::spec::{Dispatch, ON_SHIFT, PassSpec};
+use super::{binding, flag};
+use crate::gpu::shaders;
 
 const PLANE: [u32; 3] = [binding::FRAME, binding::SAMPLES, binding::STAGING];
-const CURVED: [u32; 6] =
-    [binding::FRAME, binding::SAMPLES, binding::STAGING, binding::CURVE, binding::CHARTS, binding::RECORDS];
+const CURVED: [u32; 3] = [binding::CURVE, binding::CHARTS, binding::RECORDS];
 
-pub(crate) fn new(device: &wgpu::Device, buffers: &Buffers, variant: Variant) -> ComputePass {
-    ComputePass::new(
-        device,
-        buffers,
-        shaders::DISPLACE_SAMPLES,
-        variant.ground,
-        variant.bindings(&PLANE, &CURVED),
-        &[("SHORT", flag(variant.short))],
-        Dispatch::Groups(|_, work| [work.largest_strip.div_ceil(64), work.strips, 1]),
-    )
-}
+pub(crate) const SPEC: PassSpec = PassSpec {
+    source: |_| shaders::DISPLACE_SAMPLES,
+    needed: |_| true,
+    runs: ON_SHIFT,
+    constants: |variant| vec![("SHORT", flag(variant.short))],
+    bindings: |variant| variant.bindings(&PLANE, &CURVED),
+    inputs: |_| Vec::new(),
+    dispatch: Dispatch::Groups(|_, work| [work.largest_strip.div_ceil(64), work.strips, 1]),
+};
