@@ -97,7 +97,8 @@ fn cost(gpu: &Gpu) {
     let all = Scene { cull: false, ..scene.clone() };
     let (mut a, mut b) = (rig(gpu, &plane, camera, &all), rig(gpu, &curved, camera, &all));
     let (heights, positions, noise) = paired(&mut a, &mut b, 8);
-    let (mesh_a, mesh_b) = (median((0..9).map(|_| a.mesh()).collect()), median((0..9).map(|_| b.mesh()).collect()));
+    let (mesh_a, mesh_b) =
+        (median((0..9).map(|_| a.mesh()).collect()), median((0..9).map(|_| b.mesh()).collect()));
     println!("nothing culled, culling and expansion alone: {mesh_a:.2} and {mesh_b:.2} ms");
     println!(
         "nothing culled, {} and {} triangles: {heights:.2} and {positions:.2} ms: {:.3} (to reach: 1.25); A against A {:.1} %",

@@ -3,6 +3,7 @@
 // Twin: src/reference/cull_quads.rs; patch cutting and spans: src/quads.
 
 override MORPH: bool = false;
+override CULL: bool = true; // false draws every patch
 
 @group(0) @binding(1) var<storage, read> control_points: array<u32>; // x | y << 16, samples from origin
 @group(0) @binding(2) var<storage, read> control_quads: array<ControlQuad>;
@@ -162,7 +163,7 @@ fn cull_quads(@builtin(global_invocation_id) id: vec3<u32>) {
     record.shape = cells.x | (cells.y << 8u) | (level << 16u) | (quad.kind << 24u) | (current_chart() << 28u);
     let all_void = box.lo.z > box.hi.z;
     let around = patch_box(box, level, base_lo, base_hi);
-    let seen = !all_void && (frame.cull == 0u || (in_frustum(around.lo, around.hi) && !over_the_horizon(around)));
+    let seen = !all_void && (!CULL || (in_frustum(around.lo, around.hi) && !over_the_horizon(around)));
     record.visible = select(0u, 1u, seen);
     patches[slot] = record;
 }

@@ -1,63 +1,136 @@
-//! The frame plan: what a scene needs, what is left out and why.
+//! The frame plan: what a scene needs, what is left out and why. Made without a GPU.
+
+mod left_out;
 
 use serde::Serialize;
 
+pub use self::left_out::LeftOut;
 use crate::clipmap::ClipmapShape;
-use crate::gpu::Ground;
-use crate::gpu::passes::Variant;
+use crate::gpu::passes::spec::{PASSES, binding_name};
+use crate::gpu::{BufferSize, Capacity, Ground, Variant, buffer_sizes};
 use crate::scene::{ColorMode, Scene, Terrain};
 
-/// Something the scene does not need and therefore does not pay for.
-#[derive(Clone, Debug, Serialize, PartialEq, Eq)]
-pub struct LeftOut {
-    /// Feature that is neither compiled, bound, allocated nor run.
-    pub feature: &'static str,
-    /// Why.
-    pub because: String,
+/// Largest buffer a shader can bind under WebGPU's default limits, bytes.
+pub const DEFAULT_MOST_BYTES: u64 = 128 << 20;
+
+/// An override constant of a shader.
+#[derive(Clone, Copy, Debug, Serialize, PartialEq)]
+pub struct Constant {
+    /// Its name in WGSL.
+    pub name: &'static str,
+    /// Its value; switches are 0 or 1.
+    pub value: f64,
+}
+
+/// A pass of the frame: its shader variant and what it binds.
+#[derive(Clone, Debug, Serialize, PartialEq)]
+pub struct PlannedPass {
+    /// Name, also that of its entry point.
+    pub pass: &'static str,
+    /// When it runs.
+    pub runs: &'static str,
+    /// Files under `shaders/` that its module is composed of, in order.
+    pub modules: Vec<&'static str>,
+    /// Override constants.
+    pub constants: Vec<Constant>,
+    /// Buffers bound to the shader.
+    pub bindings: Vec<&'static str>,
+    /// Vertex and index buffers drawn from.
+    pub inputs: Vec<&'static str>,
+}
+
+/// Sums over a plan.
+#[derive(Clone, Copy, Debug, Default, Serialize, PartialEq, Eq)]
+pub struct Totals {
+    /// Passes.
+    pub passes: usize,
+    /// Bindings of all passes.
+    pub bindings: usize,
+    /// Bytes of all buffers.
+    pub buffer_bytes: u64,
+    /// Bytes of all textures.
+    pub texture_bytes: u64,
 }
 
 /// What a scene is turned into.
 #[derive(Clone, Debug, Serialize)]
 pub struct Plan {
-    /// Passes of a frame in order; the first two run only when a window moved.
-    pub passes: Vec<&'static str>,
+    /// Passes of a frame in order.
+    pub passes: Vec<PlannedPass>,
+    /// Buffers, allocated once.
+    pub buffers: Vec<BufferSize>,
+    /// Textures: none, everything lies in buffers; colour and depth targets are the host's.
+    pub textures: Vec<BufferSize>,
+    /// Sums.
+    pub totals: Totals,
     /// Native features in use beyond default WebGPU; everything works without them.
     pub native_extras: Vec<&'static str>,
     /// What is left out.
     pub left_out: Vec<LeftOut>,
+    /// Which shaders.
     #[serde(skip)]
-    pub(crate) variant: Variant,
+    pub variant: Variant,
 }
 
 impl Plan {
-    /// Plans a scene over a terrain. `timestamps` says whether the device can time passes.
+    /// Plans a scene over a terrain for buffers of at most `most_bytes`. `timestamps` says whether the
+    /// device can time passes, where that is known.
     #[must_use]
-    pub fn new(scene: &Scene, terrain: &Terrain, shape: ClipmapShape, timestamps: bool) -> Self {
-        let samples = u64::from(shape.n() + 1).pow(2) * u64::from(shape.levels());
-        let mut left_out = vec![LeftOut {
-            feature: "position texture",
-            because: format!(
-                "base is a plane: heights suffice, {:.1} MB saved against 16 bytes a sample",
-                (samples * 12) as f64 / 1e6
-            ),
-        }];
-        let mut leave = |on: bool, feature, because: &str| {
-            if !on {
-                left_out.push(LeftOut { feature, because: because.to_string() });
-            }
-        };
-        let has_voids = terrain.source.has_voids();
-        leave(has_voids, "nodata", "the data has no voids (or they were filled)");
-        leave(scene.morph, "geomorph", "not asked for (--morph)");
-        leave(scene.color == ColorMode::Shaded, "tint and fog", "only the shaded colouring has them");
-        leave(scene.fog, "fog", "switched off");
-        leave(scene.wireframe, "wireframe", "not asked for (--wireframe)");
-        leave(scene.cull, "frustum culling", "switched off: every patch is drawn");
-        leave(timestamps, "per-pass times", "the adapter has no timestamp queries; gpu_ms is null");
-        let passes = crate::gpu::shader_sources().iter().map(|s| s.stem).collect();
-        let native_extras = if timestamps { vec!["timestamp-query"] } else { Vec::new() };
+    pub fn new(
+        scene: &Scene,
+        terrain: &Terrain,
+        shape: ClipmapShape,
+        most_bytes: u64,
+        timestamps: Option<bool>,
+    ) -> Self {
         let variant = variant(scene, terrain);
-        Self { passes, native_extras, left_out, variant }
+        let capacity = Capacity::worst_case(shape, variant.charts).fitted(most_bytes);
+        Self::of(variant, scene, terrain, shape, capacity, timestamps)
+    }
+
+    /// The plan of a given variant with room for `capacity`.
+    pub(crate) fn of(
+        variant: Variant,
+        scene: &Scene,
+        terrain: &Terrain,
+        shape: ClipmapShape,
+        capacity: Capacity,
+        timestamps: Option<bool>,
+    ) -> Self {
+        let passes = PASSES.iter().filter(|spec| (spec.needed)(variant)).map(|spec| {
+            let source = (spec.source)(variant);
+            let constants = (spec.constants)(variant);
+            PlannedPass {
+                pass: source.stem,
+                runs: spec.runs,
+                modules: source.part_names(variant.ground),
+                constants: constants.into_iter().map(|(name, value)| Constant { name, value }).collect(),
+                bindings: (spec.bindings)(variant).into_iter().map(binding_name).collect(),
+                inputs: (spec.inputs)(variant),
+            }
+        });
+        let mut plan = Self {
+            passes: passes.collect(),
+            buffers: Vec::new(),
+            textures: Vec::new(),
+            totals: Totals::default(),
+            native_extras: if timestamps == Some(true) { vec!["timestamp-query"] } else { Vec::new() },
+            left_out: left_out::left_out(variant, scene, terrain, shape, capacity, timestamps),
+            variant,
+        };
+        plan.resize(shape, capacity);
+        plan
+    }
+
+    /// The same plan with other room for the mesh.
+    pub(crate) fn resize(&mut self, shape: ClipmapShape, capacity: Capacity) {
+        self.buffers = buffer_sizes(shape, self.variant.extent(), capacity);
+        self.totals = Totals {
+            passes: self.passes.len(),
+            bindings: self.passes.iter().map(|p| p.bindings.len()).sum(),
+            buffer_bytes: self.buffers.iter().map(|b| b.bytes).sum(),
+            texture_bytes: self.textures.iter().map(|t| t.bytes).sum(),
+        };
     }
 }
 
@@ -68,11 +141,21 @@ pub(crate) fn variant(scene: &Scene, terrain: &Terrain) -> Variant {
         Some(c) if c.points.is_some() => (Ground::Points, c.graph.charts.len()),
         Some(c) => (Ground::Curved, c.graph.charts.len()),
     };
+    let has_voids = terrain.source.has_voids();
+    let hides = ground == Ground::Curved && terrain.curved.as_ref().is_some_and(|c| c.whole.is_some());
     Variant {
         ground,
         charts: u32::try_from(charts).unwrap_or(u32::MAX),
-        has_voids: terrain.source.has_voids(),
+        has_voids,
         morph: scene.morph,
         short: ground != Ground::Points && terrain.source.step_m().is_some(),
+        cull: scene.cull,
+        horizon: scene.cull && hides,
+        // A patch of voids alone is not drawn: only bounds tell.
+        bounds: scene.cull || has_voids,
+        normals: ground != Ground::Plane || scene.color != ColorMode::Elevation,
+        fog: scene.fog && scene.color == ColorMode::Shaded,
+        wireframe: scene.wireframe,
+        color: scene.color,
     }
 }

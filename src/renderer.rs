@@ -13,11 +13,10 @@ use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 
 use crate::camera::{Camera, PoseError};
 use crate::clipmap::{ChartWindows, ClipmapError, ClipmapShape, Windows};
+use crate::gpu::passes::ComputePass;
 use crate::gpu::passes::draw_terrain::DrawTerrain;
-use crate::gpu::passes::{
-    ComputePass, FrameWork, bound_blocks, compact_patches, cull_quads, displace_samples, expand_patches,
-};
-use crate::gpu::{Buffers, Capacity, Counters, GpuCurve, GpuError, GpuFrame};
+use crate::gpu::passes::spec::{Dispatch, FrameWork, PASSES};
+use crate::gpu::{Buffers, Capacity, Counters, GpuCurve, GpuError, GpuFrame, Variant, most_bytes};
 use crate::measure::FrameUpload;
 use crate::plan::Plan;
 use crate::pyramid::SampleSource;
@@ -62,7 +61,7 @@ pub struct Renderer {
     shape: ClipmapShape,
     plan: Plan,
     buffers: Buffers,
-    passes: [ComputePass; 5],
+    passes: Vec<ComputePass>,
     draw: DrawTerrain,
     state: Option<State>,
     /// Windows whose samples lie on the GPU: those of the last recorded frame. A frame that is prepared
@@ -100,8 +99,8 @@ impl Renderer {
         scene: &Scene,
     ) -> Result<Self, RenderError> {
         let shape = scene.shape(terrain)?;
-        let charts = crate::plan::variant(scene, terrain).charts;
-        Self::with_capacity(device, queue, format, terrain, scene, Capacity::worst_case(shape, charts))
+        let capacity = Capacity::worst_case(shape, crate::plan::variant(scene, terrain).charts);
+        Self::with_capacity(device, queue, format, terrain, scene, capacity)
     }
 
     /// As [`Renderer::new`], with room for `capacity` only; see [`Renderer::grow`].
@@ -116,19 +115,32 @@ impl Renderer {
         scene: &Scene,
         capacity: Capacity,
     ) -> Result<Self, RenderError> {
+        let variant = crate::plan::variant(scene, terrain);
+        Self::with_variant(device, queue, format, terrain, scene, capacity, variant)
+    }
+
+    /// As [`Renderer::with_capacity`], with the given variant of the shaders rather than the one that suits
+    /// the scene: how tests show that what is left out changes no picture.
+    ///
+    /// # Errors
+    /// When the scene does not suit the terrain or the device.
+    #[doc(hidden)]
+    pub fn with_variant(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        format: wgpu::TextureFormat,
+        terrain: &Terrain,
+        scene: &Scene,
+        capacity: Capacity,
+        variant: Variant,
+    ) -> Result<Self, RenderError> {
         let shape = scene.shape(terrain)?;
         let timestamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
-        let plan = Plan::new(scene, terrain, shape, timestamps);
-        let variant = plan.variant;
         let buffers = Buffers::new(device, shape, variant.extent(), capacity)?;
-        let passes = [
-            displace_samples::new(device, &buffers, variant),
-            bound_blocks::new(device, &buffers, variant),
-            cull_quads::new(device, &buffers, variant),
-            compact_patches::new(device, &buffers, variant),
-            expand_patches::new(device, &buffers, variant),
-        ];
-        let draw = DrawTerrain::new(device, &buffers, format, scene, variant.ground);
+        let plan = Plan::of(variant, scene, terrain, shape, buffers.capacity, Some(timestamps));
+        let compute = PASSES.iter().filter(|p| (p.needed)(variant) && !matches!(p.dispatch, Dispatch::Draw));
+        let passes = compute.map(|spec| ComputePass::new(device, &buffers, spec, variant)).collect();
+        let draw = DrawTerrain::new(device, &buffers, format, variant);
         let curve = terrain.curved.as_ref().map(|c| curve::CurveState::new(c, shape, terrain));
         Ok(Self {
             device: device.clone(),
@@ -167,6 +179,13 @@ impl Renderer {
     #[must_use]
     pub fn shape(&self) -> ClipmapShape {
         self.shape
+    }
+
+    /// Names and bytes of the GPU buffers held.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn buffer_bytes(&self) -> Vec<(&'static str, u64)> {
+        self.buffers.all().into_iter().map(|(name, b)| (name, b.size())).collect()
     }
 
     /// Bytes of GPU buffers held.
@@ -378,7 +397,8 @@ impl Renderer {
             }
         }
         // Recorded once: a second recording without `prepare` must not refill again.
-        self.work = FrameWork { lanes: self.work.lanes, ..FrameWork::default() };
+        self.work =
+            FrameWork { lanes: self.work.lanes, bounds_side: self.work.bounds_side, ..FrameWork::default() };
         self.resident = self.state.as_ref().map(|s| s.windows.clone());
     }
 
@@ -466,14 +486,14 @@ impl Renderer {
         let buffers = Buffers::new(&self.device, self.shape, self.plan.variant.extent(), wanted)?;
         let got = buffers.capacity;
         if got.vertices < wanted.vertices || got.indices < wanted.indices {
-            let limits = self.device.limits();
             return Err(RenderError::Gpu(GpuError::TooLarge {
                 what: "the visible mesh",
                 bytes: (u64::from(wanted.vertices) * 16).max(u64::from(wanted.indices) * 4),
-                most: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+                most: most_bytes(&self.device.limits()),
             }));
         }
         self.buffers = buffers;
+        self.plan.resize(self.shape, got);
         for pass in &mut self.passes {
             pass.rebind(&self.device, &self.buffers);
         }

@@ -1,5 +1,7 @@
 // Boxes around patches on a curved surface, from the boxes of blocks.
 
+override HORIZON: bool = true; // the ellipsoid hides what lies behind it
+
 @group(0) @binding(4) var<storage, read> block_bounds: array<vec4<i32>>;
 
 fn empty_box() -> Box {
@@ -43,7 +45,7 @@ fn patch_box(box: Box, level: u32, base_lo: vec2<i32>, base_hi: vec2<i32>) -> Bo
 // its horizon and inside the cone of its tangents, a convex region, so its corners decide. Nothing nearer
 // than the horizon lies behind that plane.
 fn over_the_horizon(box: Box) -> bool {
-    if curve.horizon <= 0.0 {
+    if !HORIZON || curve.horizon <= 0.0 {
         return false;
     }
     for (var c = 0u; c < 8u; c++) {

@@ -2,6 +2,7 @@
 // Twin: src/reference/positions.rs.
 
 override MORPH: bool = false; // geomorph near a level's perimeter
+override NORMALS: bool = true; // colours that no light falls on need none
 
 @group(0) @binding(3) var<storage, read> samples: array<f32>;
 @group(0) @binding(8) var<storage, read_write> vertices: array<Vertex>;
@@ -88,7 +89,7 @@ fn put_vertex(at: u32, owner: u32, base: vec2<i32>, tag: u32) {
     if HAS_VOIDS && height == VOID {
         vertex.z = 0.0;
         vertex.packed = 0xffffffffu;
-    } else {
+    } else if NORMALS {
         vertex.packed |= packed_normal(owner, base);
     }
     vertices[at] = vertex;

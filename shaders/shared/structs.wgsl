@@ -31,7 +31,7 @@ struct Frame {
     finest: u32,                   // finest level drawn
     n: u32,                        // samples per side of a window
     slots_per_level: u32,          // patch slots
-    cull: u32,                     // 0 draws every patch
+    spare_too: u32,
     vertex_capacity: u32,
     index_capacity: u32,
     shifted_levels: u32,           // bit l: the window of level l moved this frame

@@ -10,6 +10,8 @@ use tessclip::heights::{
 use tessclip::surface::{Base, Ellipsoid};
 use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
 
+use super::scene_file::SceneFile;
+
 /// How voids are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Nodata {
@@ -63,30 +65,41 @@ impl ReadArgs {
         self.spacing.is_some()
     }
 
-    /// Reads the terrain as it is, voids and all.
+    /// Reads the terrain, or the one a scene file names, as it is, voids and all.
     pub fn read(&self, terrain: &str) -> anyhow::Result<HeightGrid> {
+        let file = SceneFile::of(terrain)?;
+        let read = self.over(&file);
         let options = ReadOptions {
-            spacing_m: self.spacing,
-            z_scale: self.z_scale,
-            z_offset: self.z_offset,
+            spacing_m: read.spacing,
+            z_scale: read.z_scale,
+            z_offset: read.z_offset,
             ..ReadOptions::default()
         };
-        Ok(open_terrain(terrain, &options)?)
+        Ok(open_terrain(file.source.as_deref().unwrap_or(terrain), &options)?)
+    }
+
+    /// These wishes, and where they say nothing those of a scene file.
+    fn over(&self, file: &SceneFile) -> Self {
+        Self {
+            spacing: self.spacing.or(file.spacing),
+            z_scale: self.z_scale.or(file.z_scale),
+            z_offset: self.z_offset.or(file.z_offset),
+        }
     }
 }
 
 /// A terrain to draw.
 #[derive(Clone, Debug, clap::Args)]
 pub struct TerrainArgs {
-    /// A DEM file, three rasters X,Y,Z or a three-band raster of positions, or
+    /// A DEM file, three rasters X,Y,Z or a three-band raster of positions, a scene file NAME.toml, or
     /// procedural:NAME?seed=1&size=1025 (mountains, dunes, plain, cliff, spikes, checkerboard, planet,
     /// overhang, fold)
     pub terrain: String,
     #[command(flatten)]
     read: ReadArgs,
-    /// How voids are drawn
-    #[arg(long, value_enum, default_value = "hole")]
-    nodata: Nodata,
+    /// How voids are drawn; by default hole
+    #[arg(long, value_enum)]
+    nodata: Option<Nodata>,
     /// Base surface: plane, wgs84, moon, mars, sphere:R, ellipsoid:A,B, cylinder:R[,inside], torus:R,r or
     /// sampled; by default wgs84 for data in degrees, sampled for positions, else plane
     #[arg(long, value_name = "BASE")]
@@ -94,15 +107,28 @@ pub struct TerrainArgs {
     /// More DEMs in degrees on the same ellipsoid; the finest wins where they overlap
     #[arg(long, value_name = "DEM")]
     over: Vec<String>,
-    /// Factor on the heights
-    #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true)]
-    exaggeration: f64,
-    /// How coarser levels are made
-    #[arg(long, value_enum, default_value = "subsample")]
-    prefilter: Filter,
+    /// Factor on the heights; by default 1
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    exaggeration: Option<f64>,
+    /// How coarser levels are made; by default subsample
+    #[arg(long, value_enum)]
+    prefilter: Option<Filter>,
 }
 
 impl TerrainArgs {
+    /// These wishes, and where they say nothing those of the scene file TERRAIN may name.
+    pub fn over(&self, file: &SceneFile) -> Self {
+        Self {
+            terrain: file.source.clone().unwrap_or_else(|| self.terrain.clone()),
+            read: self.read.over(file),
+            nodata: self.nodata.or(file.nodata),
+            base: self.base.or(file.base),
+            over: if self.over.is_empty() { file.over.clone() } else { self.over.clone() },
+            exaggeration: self.exaggeration.or(file.exaggeration),
+            prefilter: self.prefilter.or(file.prefilter),
+        }
+    }
+
     /// Reads the terrain's heights; a void policy is applied.
     pub fn grid(&self) -> anyhow::Result<HeightGrid> {
         self.read_grid(&self.terrain)
@@ -114,14 +140,14 @@ impl TerrainArgs {
             bail!("{terrain}: every sample is void: there is nothing to draw");
         }
         Ok(match self.nodata {
-            Nodata::Hole => grid,
-            Nodata::Fill => grid.with_nodata(NodataPolicy::Fill),
+            None | Some(Nodata::Hole) => grid,
+            Some(Nodata::Fill) => grid.with_nodata(NodataPolicy::Fill),
         })
     }
 
     /// Reads the terrain and puts it on its base surface.
     pub fn open(&self) -> anyhow::Result<Terrain> {
-        let factor = self.exaggeration;
+        let factor = self.exaggeration.unwrap_or(1.0);
         if !factor.is_finite() || factor.abs() > 1e6 {
             bail!("--exaggeration {factor}: give a number of at most 1e6 in magnitude");
         }
@@ -193,8 +219,8 @@ impl TerrainArgs {
 
     fn prefilter(&self) -> Prefilter {
         match self.prefilter {
-            Filter::Subsample => Prefilter::Subsample,
-            Filter::LowPass => Prefilter::LowPass,
+            None | Some(Filter::Subsample) => Prefilter::Subsample,
+            Some(Filter::LowPass) => Prefilter::LowPass,
         }
     }
 }
@@ -202,48 +228,56 @@ impl TerrainArgs {
 /// The clipmap's shape.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ShapeArgs {
-    /// Samples per side of a window: 15, 31, 63, 127, 255, 511 or 1023
-    #[arg(long, default_value_t = 255)]
-    pub n: u32,
+    /// Samples per side of a window: 15, 31, 63, 127, 255, 511 or 1023; by default 255
+    #[arg(long)]
+    n: Option<u32>,
     /// Levels; by default the fewest that cover the data from everywhere
     #[arg(long)]
-    pub levels: Option<u32>,
+    levels: Option<u32>,
     /// Blend levels into each other near their perimeter
-    #[arg(long)]
-    pub morph: bool,
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    morph: Option<bool>,
     /// Draw every patch, also those out of view
-    #[arg(long)]
-    pub no_cull: bool,
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    no_cull: Option<bool>,
 }
 
 impl ShapeArgs {
-    /// The scene with this shape and the defaults for everything else.
-    pub fn scene(&self) -> Scene {
-        Scene { n: self.n, levels: self.levels, morph: self.morph, cull: !self.no_cull, ..Scene::default() }
+    /// The scene with this shape, then what the file says, then the defaults.
+    pub fn scene(&self, file: &SceneFile) -> Scene {
+        let usual = Scene::default();
+        Scene {
+            n: self.n.or(file.n).unwrap_or(usual.n),
+            levels: self.levels.or(file.levels),
+            morph: self.morph.or(file.morph).unwrap_or(usual.morph),
+            cull: self.no_cull.map(|no| !no).or(file.cull).unwrap_or(usual.cull),
+            drop_fine_levels: file.drop_fine_levels.unwrap_or(usual.drop_fine_levels),
+            ..usual
+        }
     }
 }
 
 /// How it is looked at.
 #[derive(Clone, Debug, clap::Args)]
 pub struct LookArgs {
-    /// Picture size
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
-    pub size: [u32; 2],
-    /// Vertical field of view in degrees
-    #[arg(long, default_value_t = 60.0, allow_negative_numbers = true)]
-    pub fov: f64,
-    /// Colouring
-    #[arg(long, value_enum, default_value = "shaded")]
-    color: Color,
+    /// Picture size; by default 1280x720
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Vertical field of view in degrees; by default 60
+    #[arg(long, allow_negative_numbers = true)]
+    fov: Option<f64>,
+    /// Colouring; by default shaded
+    #[arg(long, value_enum)]
+    color: Option<Color>,
     /// Draw triangle edges
-    #[arg(long)]
-    wireframe: bool,
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    wireframe: Option<bool>,
     /// Background (and fog) colour
     #[arg(long, value_name = "RRGGBB", value_parser = parse_color)]
     background: Option<Rgb>,
     /// No distance fog
-    #[arg(long)]
-    no_fog: bool,
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    no_fog: Option<bool>,
 }
 
 /// Linear RGB.
@@ -251,23 +285,40 @@ pub struct LookArgs {
 pub struct Rgb([f32; 3]);
 
 impl LookArgs {
-    /// Puts these wishes into a scene.
-    pub fn apply(&self, scene: Scene) -> Scene {
+    /// Puts these wishes, then what the file says, into a scene.
+    pub fn apply(&self, scene: Scene, file: &SceneFile) -> Scene {
         Scene {
-            color: match self.color {
-                Color::Shaded => ColorMode::Shaded,
-                Color::Levels => ColorMode::Levels,
-                Color::Blocks => ColorMode::Blocks,
-                Color::Elevation => ColorMode::Elevation,
-                Color::Slope => ColorMode::Slope,
+            color: match self.color.or(file.color) {
+                None => scene.color,
+                Some(Color::Shaded) => ColorMode::Shaded,
+                Some(Color::Levels) => ColorMode::Levels,
+                Some(Color::Blocks) => ColorMode::Blocks,
+                Some(Color::Elevation) => ColorMode::Elevation,
+                Some(Color::Slope) => ColorMode::Slope,
             },
-            wireframe: self.wireframe,
-            fog: !self.no_fog,
-            background: self.background.map_or(scene.background, |c| c.0),
+            wireframe: self.wireframe.or(file.wireframe).unwrap_or(scene.wireframe),
+            fog: self.no_fog.map(|no| !no).or(file.fog).unwrap_or(scene.fog),
+            background: self.background.or(file.background).map_or(scene.background, |c| c.0),
+            sun_deg: file.sun.unwrap_or(scene.sun_deg),
             ..scene
         }
     }
+
+    /// Picture size in pixels.
+    pub fn size(&self, file: &SceneFile) -> [u32; 2] {
+        self.size.or(file.size).unwrap_or(SIZE)
+    }
+
+    /// Vertical field of view, degrees.
+    pub fn fov(&self, file: &SceneFile) -> f64 {
+        self.fov.or(file.fov).unwrap_or(FOV_DEG)
+    }
 }
+
+/// Picture size where none is given.
+pub const SIZE: [u32; 2] = [1280, 720];
+/// Vertical field of view where none is given, degrees.
+pub const FOV_DEG: f64 = 60.0;
 
 /// A camera from a pose in the terrain's own units, or one that sees the whole terrain.
 pub fn camera(terrain: &Terrain, pose: Option<&str>, fov_deg: f64) -> anyhow::Result<Camera> {
@@ -290,7 +341,7 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
-fn parse_color(text: &str) -> Result<Rgb, String> {
+pub fn parse_color(text: &str) -> Result<Rgb, String> {
     let bad = || "give six hexadecimal digits, as ff00ff".to_string();
     if text.len() != 6 || !text.is_ascii() {
         return Err(bad());

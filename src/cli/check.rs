@@ -14,7 +14,7 @@ const DEFAULT: &str = "procedural:mountains?width=763&height=582";
 #[derive(clap::Args)]
 #[command(after_help = "Example: tessclip check procedural:cliff --json")]
 pub struct Args {
-    /// A DEM file or procedural:NAME; by default procedural mountains of an awkward size
+    /// A DEM file, a scene file NAME.toml or procedural:NAME; by default procedural mountains of an awkward size
     terrain: Option<String>,
     #[command(flatten)]
     read: ReadArgs,

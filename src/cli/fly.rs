@@ -14,6 +14,7 @@ use super::Outcome;
 use super::args::{LookArgs, ShapeArgs, TerrainArgs};
 use super::paths::CameraPath;
 use super::picture::draw_whole;
+use super::scene_file::SceneFile;
 
 #[derive(clap::Args)]
 #[command(
@@ -38,18 +39,19 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
-    let terrain = args.terrain.open()?;
-    let scene = args.look.apply(args.shape.scene());
+    let file = SceneFile::of(&args.terrain.terrain)?;
+    let terrain = args.terrain.over(&file).open()?;
+    let scene = args.look.apply(args.shape.scene(&file), &file);
     scene.shape(&terrain)?;
     let path = CameraPath::open(&args.path, &terrain)?;
-    path.at(0.0, args.look.fov).1.validate()?;
+    path.at(0.0, args.look.fov(&file)).1.validate()?;
     let gpu = Gpu::new()?;
     let flight = Flight {
         name: &args.terrain.terrain,
         terrain: &terrain,
         scene,
-        size: args.look.size,
-        fov_deg: args.look.fov,
+        size: args.look.size(&file),
+        fov_deg: args.look.fov(&file),
         path,
         frames: args.frames,
     };

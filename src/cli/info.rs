@@ -9,7 +9,7 @@ use super::args::ReadArgs;
 #[derive(clap::Args)]
 #[command(after_help = "Example: tessclip info dem.tif --json")]
 pub struct Args {
-    /// A DEM file or procedural:NAME
+    /// A DEM file, a scene file NAME.toml or procedural:NAME
     terrain: String,
     #[command(flatten)]
     read: ReadArgs,

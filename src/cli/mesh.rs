@@ -7,8 +7,9 @@ use tessclip::gpu::{Gpu, Offscreen};
 use tessclip::measure::Mesh;
 
 use super::Outcome;
-use super::args::{ShapeArgs, TerrainArgs, camera, check_writable, write_whole};
+use super::args::{FOV_DEG, SIZE, ShapeArgs, TerrainArgs, camera, check_writable, write_whole};
 use super::picture::draw_whole;
+use super::scene_file::SceneFile;
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: tessclip mesh procedural:mountains --no-cull -o mesh.ply")]
@@ -20,12 +21,12 @@ pub struct Args {
     /// x,y,z,yaw,pitch in the terrain's own units; by default all of it from the south
     #[arg(long, value_name = "POSE", allow_hyphen_values = true)]
     camera: Option<String>,
-    /// Vertical field of view in degrees (what is culled depends on it)
-    #[arg(long, default_value_t = 60.0)]
-    fov: f64,
-    /// Picture size the mesh is made for (what is culled depends on its aspect)
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = super::args::parse_size)]
-    size: [u32; 2],
+    /// Vertical field of view in degrees (what is culled depends on it); by default 60
+    #[arg(long)]
+    fov: Option<f64>,
+    /// Picture size the mesh is made for (what is culled depends on its aspect); by default 1280x720
+    #[arg(long, value_name = "WxH", value_parser = super::args::parse_size)]
+    size: Option<[u32; 2]>,
     /// PLY to write
     #[arg(short, long, value_name = "M.ply")]
     output: PathBuf,
@@ -33,12 +34,14 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     check_writable(&args.output)?;
-    let terrain = args.terrain.open()?;
-    let camera = camera(&terrain, args.camera.as_deref(), args.fov)?;
-    let scene = args.shape.scene();
+    let file = SceneFile::of(&args.terrain.terrain)?;
+    let terrain = args.terrain.over(&file).open()?;
+    let pose = args.camera.as_deref().or(file.pose.as_deref());
+    let camera = camera(&terrain, pose, args.fov.or(file.fov).unwrap_or(FOV_DEG))?;
+    let scene = args.shape.scene(&file);
     scene.shape(&terrain)?;
     let gpu = Gpu::new()?;
-    let target = Offscreen::new(&gpu.device, args.size)?;
+    let target = Offscreen::new(&gpu.device, args.size.or(file.size).unwrap_or(SIZE))?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, &scene)?;
     draw_whole(&gpu, &mut renderer, &target, &camera)?;
     let mesh = Mesh::from_gpu(&renderer.read_mesh()?);

@@ -9,7 +9,9 @@ mod info;
 mod mesh;
 mod paths;
 mod picture;
+mod plan;
 mod render;
+mod scene_file;
 
 use std::process::ExitCode;
 
@@ -45,6 +47,8 @@ enum Command {
     Fly(fly::Args),
     /// Invariants of the mesh: a table of figures against bounds
     Check(check::Args),
+    /// What a scene is turned into: passes, memory, and what is left out and why
+    Plan(plan::Args),
 }
 
 /// How a command ended without an error.
@@ -74,6 +78,7 @@ pub fn run() -> ExitCode {
         Command::Footprints(args) => footprints::run(args),
         Command::Fly(args) => fly::run(args, cli.quiet),
         Command::Check(args) => check::run(args),
+        Command::Plan(args) => plan::run(args),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

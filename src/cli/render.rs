@@ -7,6 +7,7 @@ use tessclip::gpu::Gpu;
 use super::Outcome;
 use super::args::{LookArgs, ShapeArgs, TerrainArgs, camera, check_writable};
 use super::picture::{picture, write_png};
+use super::scene_file::SceneFile;
 
 #[derive(clap::Args)]
 #[command(
@@ -29,13 +30,16 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     check_writable(&args.output)?;
-    let terrain = args.terrain.open()?;
-    let camera = camera(&terrain, args.camera.as_deref(), args.look.fov)?;
-    let scene = args.look.apply(args.shape.scene());
+    let file = SceneFile::of(&args.terrain.terrain)?;
+    let terrain = args.terrain.over(&file).open()?;
+    let pose = args.camera.as_deref().or(file.pose.as_deref());
+    let camera = camera(&terrain, pose, args.look.fov(&file))?;
+    let scene = args.look.apply(args.shape.scene(&file), &file);
     scene.shape(&terrain)?;
     let gpu = Gpu::new()?;
     log::info!("adapter: {}", gpu.describe());
-    let rgba = picture(&gpu, &terrain, &scene, &camera, args.look.size)?;
-    write_png(&args.output, &rgba, args.look.size)?;
+    let size = args.look.size(&file);
+    let rgba = picture(&gpu, &terrain, &scene, &camera, size)?;
+    write_png(&args.output, &rgba, size)?;
     Ok(Outcome::Done)
 }

@@ -31,7 +31,7 @@ pub struct GpuFrame {
     pub finest: u32,
     pub n: u32,
     pub slots_per_level: u32,
-    pub cull: u32,
+    pub spare_too: u32,
     pub vertex_capacity: u32,
     pub index_capacity: u32,
     pub shifted_levels: u32,

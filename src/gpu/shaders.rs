@@ -15,31 +15,49 @@ pub enum Ground {
     Points,
 }
 
+/// A file under `shaders/`, without its extension, and what is in it.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    name: &'static str,
+    text: &'static str,
+}
+
 macro_rules! text {
     ($name:literal) => {
-        include_str!(concat!("../../shaders/", $name, ".wgsl"))
+        Part { name: $name, text: include_str!(concat!("../../shaders/", $name, ".wgsl")) }
     };
 }
 
-const SHARED: [&str; 2] = [text!("shared/structs"), text!("shared/lattice")];
-const PLANE: &str = text!("plane/lattice");
-const CURVED: [&str; 2] = [text!("curved/space"), text!("curved/lattice")];
+const SHARED: [Part; 2] = [text!("shared/structs"), text!("shared/lattice")];
+const PLANE: Part = text!("plane/lattice");
+const CURVED: [Part; 2] = [text!("curved/space"), text!("curved/lattice")];
 
 /// A composed module: its stem (shader, twin, pass and test prefix) and its parts in order.
 #[derive(Clone, Copy, Debug)]
 pub struct ShaderModuleSource {
     /// Stem of the pass.
     pub stem: &'static str,
-    text: &'static str,
-    plane: &'static [&'static str],
-    curved: &'static [&'static str],
-    points: &'static [&'static str],
+    text: Part,
+    plane: &'static [Part],
+    curved: &'static [Part],
+    points: &'static [Part],
 }
 
 impl ShaderModuleSource {
     /// The whole WGSL text.
     #[must_use]
     pub fn text(&self, ground: Ground) -> String {
+        let texts: Vec<&str> = self.parts(ground).iter().map(|p| p.text).collect();
+        texts.join("\n")
+    }
+
+    /// Names of its parts in order.
+    #[must_use]
+    pub fn part_names(&self, ground: Ground) -> Vec<&'static str> {
+        self.parts(ground).iter().map(|p| p.name).collect()
+    }
+
+    fn parts(&self, ground: Ground) -> Vec<Part> {
         let mut parts = SHARED.to_vec();
         match ground {
             Ground::Plane => {
@@ -56,7 +74,7 @@ impl ShaderModuleSource {
             }
         }
         parts.push(self.text);
-        parts.join("\n")
+        parts
     }
 }
 
@@ -81,6 +99,13 @@ pub(crate) const CULL_QUADS: ShaderModuleSource = ShaderModuleSource {
     curved: &[text!("curved/bounds")],
     points: &[text!("curved/bounds")],
 };
+/// As [`CULL_QUADS`], where nothing is culled and no patch can be all void: no bounds are made or read.
+pub(crate) const CULL_QUADS_UNBOUNDED: ShaderModuleSource = ShaderModuleSource {
+    plane: &[text!("shared/unbounded")],
+    curved: &[text!("shared/unbounded")],
+    points: &[text!("shared/unbounded")],
+    ..CULL_QUADS
+};
 pub(crate) const COMPACT_PATCHES: ShaderModuleSource = ShaderModuleSource {
     stem: "compact_patches",
     text: text!("compact_patches"),
@@ -103,8 +128,16 @@ pub(crate) const DRAW_TERRAIN: ShaderModuleSource = ShaderModuleSource {
     points: &[text!("shared/shading"), text!("curved/relief")],
 };
 
-/// Every module of the renderer, in the order of the frame.
+/// Every module of the renderer: those of a full frame in its order, then smaller ones in their place.
 #[must_use]
-pub fn shader_sources() -> [ShaderModuleSource; 6] {
-    [DISPLACE_SAMPLES, BOUND_BLOCKS, CULL_QUADS, COMPACT_PATCHES, EXPAND_PATCHES, DRAW_TERRAIN]
+pub fn shader_sources() -> [ShaderModuleSource; 7] {
+    [
+        DISPLACE_SAMPLES,
+        BOUND_BLOCKS,
+        CULL_QUADS,
+        COMPACT_PATCHES,
+        EXPAND_PATCHES,
+        DRAW_TERRAIN,
+        CULL_QUADS_UNBOUNDED,
+    ]
 }

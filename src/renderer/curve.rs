@@ -93,7 +93,8 @@ impl Renderer {
                 }
             }
         }
-        for (buffer, runs) in [(&buffers.anchors, anchors), (&buffers.records, records)] {
+        for (buffer, runs) in [(Some(&buffers.anchors), anchors), (buffers.records.as_ref(), records)] {
+            let Some(buffer) = buffer else { continue };
             for (first_word, run) in runs.done {
                 self.queue.write_buffer(buffer, first_word as u64 * 16, bytemuck::cast_slice(&run));
                 upload.surface_bytes += size_of_val(&run[..]) as u64;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{Renderer, State};
 use crate::camera::Camera;
 use crate::clipmap::{ChartWindows, Strip, height_bound, refill_strips};
-use crate::gpu::passes::FrameWork;
+use crate::gpu::passes::spec::FrameWork;
 use crate::gpu::{GpuFrame, Ground, packed_charts};
 use crate::measure::FrameUpload;
 use crate::pyramid::VOID;
@@ -94,7 +94,9 @@ impl Renderer {
             }
             strips.extend(refill.strips.into_iter().map(|s| (chart, s)));
         }
-        self.work = FrameWork { shifted: !shifted.is_empty(), lanes: self.lanes(), ..FrameWork::default() };
+        let bounds_side = crate::gpu::bounds_side(self.shape, self.plan.variant.ground);
+        let shifts = !shifted.is_empty();
+        self.work = FrameWork { shifted: shifts, lanes: self.lanes(), bounds_side, ..FrameWork::default() };
         upload.shifts = shifted.len() as u64;
         upload.sample_bytes = self.plan.variant.extent().staged_bytes();
         if strips.is_empty() {
@@ -177,7 +179,7 @@ impl Renderer {
             clip_from_near: clip.as_mat4().to_cols_array_2d(),
             planes: state.frustum.planes,
             eye_from_anchor_m: near.to_array(),
-            fog_per_m: self.fog_per_m(camera) as f32,
+            fog_per_m: if self.scene.fog { self.fog_per_m(camera) as f32 } else { 0.0 },
             sun_direction: (camera.axes * sun).as_vec3().to_array(),
             ambient: 0.30,
             fog_color: self.background(camera),
@@ -193,7 +195,7 @@ impl Renderer {
             finest: first.finest,
             n: self.shape.n(),
             slots_per_level: slots_per_level(self.shape),
-            cull: u32::from(self.scene.cull),
+            spare_too: 0,
             vertex_capacity: self.buffers.capacity.vertices,
             index_capacity: self.buffers.capacity.indices,
             shifted_levels: shifted.iter().filter(|(c, _)| *c == 0).fold(0, |bits, (_, l)| bits | 1 << l),

@@ -1,34 +1,21 @@
-//! Bounds of blocks of samples; runs only when a window moved.
+//! Bounds of blocks of samples; runs only when a window moved, and only where bounds are read.
 
-use super::{ComputePass, Dispatch, FrameWork, Variant, binding};
-use crate::gpu::{Buffers, Ground, bounds_side, shaders};
+use super::binding;
+use super::spec::{Dispatch, ON_SHIFT, PassSpec};
+use crate::gpu::shaders;
 
 const PLANE: [u32; 3] = [binding::FRAME, binding::SAMPLES, binding::BLOCK_BOUNDS];
-const CURVED: [u32; 6] = [
-    binding::FRAME,
-    binding::SAMPLES,
-    binding::BLOCK_BOUNDS,
-    binding::CURVE,
-    binding::CHARTS,
-    binding::ANCHORS,
-];
+const CURVED: [u32; 3] = [binding::CURVE, binding::CHARTS, binding::ANCHORS];
 
-pub(crate) fn new(device: &wgpu::Device, buffers: &Buffers, variant: Variant) -> ComputePass {
-    ComputePass::new(
-        device,
-        buffers,
-        shaders::BOUND_BLOCKS,
-        variant.ground,
-        variant.bindings(&PLANE, &CURVED),
-        &[],
-        if variant.ground == Ground::Plane {
-            Dispatch::Groups(|shape, work| groups(bounds_side(shape, Ground::Plane), work))
-        } else {
-            Dispatch::Groups(|shape, work| groups(bounds_side(shape, Ground::Curved), work))
-        },
-    )
-}
-
-fn groups(side: u32, work: FrameWork) -> [u32; 3] {
-    [side.div_ceil(8), side.div_ceil(8), if work.shifted { work.lanes } else { 0 }]
-}
+pub(crate) const SPEC: PassSpec = PassSpec {
+    source: |_| shaders::BOUND_BLOCKS,
+    needed: |variant| variant.bounds,
+    runs: ON_SHIFT,
+    constants: |_| Vec::new(),
+    bindings: |variant| variant.bindings(&PLANE, &CURVED),
+    inputs: |_| Vec::new(),
+    dispatch: Dispatch::Groups(|_, work| {
+        let side = work.bounds_side.div_ceil(8);
+        [side, side, if work.shifted { work.lanes } else { 0 }]
+    }),
+};

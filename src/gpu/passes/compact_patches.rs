@@ -1,20 +1,18 @@
 //! Gives every visible patch its place and writes the indirect arguments.
 
-use super::{ComputePass, Dispatch, Variant, binding};
-use crate::gpu::{Buffers, shaders};
+use super::binding;
+use super::spec::{Dispatch, EVERY_FRAME, PassSpec};
+use crate::gpu::shaders;
 
 const PLANE: [u32; 4] = [binding::FRAME, binding::PATCHES, binding::VISIBLE_SLOTS, binding::COUNTERS];
-const CURVED: [u32; 5] =
-    [binding::FRAME, binding::PATCHES, binding::VISIBLE_SLOTS, binding::COUNTERS, binding::CURVE];
+const CURVED: [u32; 1] = [binding::CURVE];
 
-pub(crate) fn new(device: &wgpu::Device, buffers: &Buffers, variant: Variant) -> ComputePass {
-    ComputePass::new(
-        device,
-        buffers,
-        shaders::COMPACT_PATCHES,
-        variant.ground,
-        variant.bindings(&PLANE, &CURVED),
-        &[],
-        Dispatch::Groups(|_, _| [1, 1, 1]),
-    )
-}
+pub(crate) const SPEC: PassSpec = PassSpec {
+    source: |_| shaders::COMPACT_PATCHES,
+    needed: |_| true,
+    runs: EVERY_FRAME,
+    constants: |_| Vec::new(),
+    bindings: |variant| variant.bindings(&PLANE, &CURVED),
+    inputs: |_| Vec::new(),
+    dispatch: Dispatch::Groups(|_, _| [1, 1, 1]),
+};

@@ -1,22 +1,22 @@
 //! Scatters the refill strips into the toroidal windows; runs only when a window moved.
 
-use super::{ComputePass, Dispatch, Variant, binding, flag};
-use crate::gpu::{Buffers, Ground, shaders};
+use super::spec::{Dispatch, ON_SHIFT, PassSpec};
+use super::{binding, flag};
+use crate::gpu::{Ground, shaders};
 
 const PLANE: [u32; 3] = [binding::FRAME, binding::SAMPLES, binding::STAGING];
-const CURVED: [u32; 6] =
-    [binding::FRAME, binding::SAMPLES, binding::STAGING, binding::CURVE, binding::CHARTS, binding::RECORDS];
-const POINTS: [u32; 6] =
-    [binding::FRAME, binding::SAMPLES, binding::STAGING, binding::CURVE, binding::CHARTS, binding::ANCHORS];
+const CURVED: [u32; 3] = [binding::CURVE, binding::CHARTS, binding::RECORDS];
+const POINTS: [u32; 3] = [binding::CURVE, binding::CHARTS, binding::ANCHORS];
 
-pub(crate) fn new(device: &wgpu::Device, buffers: &Buffers, variant: Variant) -> ComputePass {
-    ComputePass::new(
-        device,
-        buffers,
-        shaders::DISPLACE_SAMPLES,
-        variant.ground,
-        if variant.ground == Ground::Points { &POINTS } else { variant.bindings(&PLANE, &CURVED) },
-        &[("SHORT", flag(variant.short))],
-        Dispatch::Groups(|_, work| [work.largest_strip.div_ceil(64), work.strips, 1]),
-    )
-}
+pub(crate) const SPEC: PassSpec = PassSpec {
+    source: |_| shaders::DISPLACE_SAMPLES,
+    needed: |_| true,
+    runs: ON_SHIFT,
+    constants: |variant| vec![("SHORT", flag(variant.short))],
+    bindings: |variant| match variant.ground {
+        Ground::Points => variant.bindings(&PLANE, &POINTS),
+        _ => variant.bindings(&PLANE, &CURVED),
+    },
+    inputs: |_| Vec::new(),
+    dispatch: Dispatch::Groups(|_, work| [work.largest_strip.div_ceil(64), work.strips, 1]),
+};

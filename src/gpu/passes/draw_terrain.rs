@@ -1,18 +1,48 @@
 //! The one indirect draw.
 
-use super::{bind, binding, create_module, flag};
+use super::spec::{Dispatch, EVERY_FRAME, PassSpec};
+use super::{Variant, bind, binding, create_module, flag};
 use crate::gpu::{Buffers, Counters, Ground, shaders};
-use crate::scene::{ColorMode, Scene};
+use crate::scene::ColorMode;
 
 /// Depth format: reversed, so that 32 bits of float keep their precision in the distance.
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+pub(crate) const SPEC: PassSpec = PassSpec {
+    source: |_| shaders::DRAW_TERRAIN,
+    needed: |_| true,
+    runs: EVERY_FRAME,
+    constants: |variant| vec![("COLOR_MODE", mode(variant.color)), ("FOG", flag(variant.fog))],
+    bindings: |variant| match (variant.wireframe, variant.ground == Ground::Plane) {
+        (false, _) => vec![binding::FRAME],
+        (true, true) => vec![binding::FRAME, binding::VERTICES, binding::INDICES],
+        (true, false) => vec![binding::FRAME, binding::VERTICES, binding::INDICES, binding::SHADES],
+    },
+    inputs: |variant| match (variant.wireframe, variant.ground == Ground::Plane) {
+        (true, _) => Vec::new(),
+        (false, true) => vec!["vertices", "indices"],
+        (false, false) => vec!["vertices", "indices", "shades"],
+    },
+    dispatch: Dispatch::Draw,
+};
+
+/// The number of a colouring in the shader.
+fn mode(color: ColorMode) -> f64 {
+    match color {
+        ColorMode::Shaded => 0.0,
+        ColorMode::Levels => 1.0,
+        ColorMode::Blocks => 2.0,
+        ColorMode::Elevation => 3.0,
+        ColorMode::Slope => 4.0,
+    }
+}
 
 /// The draw of a scene: solid from vertex and index buffers, or wireframe by vertex pulling.
 #[derive(Debug)]
 pub(crate) struct DrawTerrain {
     pipeline: wgpu::RenderPipeline,
     bind_group: wgpu::BindGroup,
-    bindings: &'static [u32],
+    bindings: Vec<u32>,
     wireframe: bool,
 }
 
@@ -21,21 +51,13 @@ impl DrawTerrain {
         device: &wgpu::Device,
         buffers: &Buffers,
         format: wgpu::TextureFormat,
-        scene: &Scene,
-        ground: Ground,
+        variant: Variant,
     ) -> Self {
-        let module = create_module(device, shaders::DRAW_TERRAIN, ground);
-        let plane = ground == Ground::Plane;
-        let mode = match scene.color {
-            ColorMode::Shaded => 0.0,
-            ColorMode::Levels => 1.0,
-            ColorMode::Blocks => 2.0,
-            ColorMode::Elevation => 3.0,
-            ColorMode::Slope => 4.0,
-        };
-        let constants = [("COLOR_MODE", mode), ("FOG", flag(scene.fog))];
+        let module = create_module(device, (SPEC.source)(variant), variant.ground);
+        let plane = variant.ground == Ground::Plane;
+        let constants = (SPEC.constants)(variant);
         let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-        let wireframe = scene.wireframe;
+        let wireframe = variant.wireframe;
         let (vertex_entry, fragment_entry) =
             if wireframe { ("vs_wire", "fs_wire") } else { ("vs_solid", "fs_solid") };
         let vertex_layout = wgpu::VertexBufferLayout {
@@ -76,18 +98,14 @@ impl DrawTerrain {
             multiview_mask: None,
             cache: None,
         });
-        let bindings: &[u32] = match (wireframe, plane) {
-            (false, _) => &[binding::FRAME],
-            (true, true) => &[binding::FRAME, binding::VERTICES, binding::INDICES],
-            (true, false) => &[binding::FRAME, binding::VERTICES, binding::INDICES, binding::SHADES],
-        };
-        let bind_group = bind(device, "draw_terrain", &pipeline.get_bind_group_layout(0), buffers, bindings);
+        let bindings = (SPEC.bindings)(variant);
+        let bind_group = bind(device, "draw_terrain", &pipeline.get_bind_group_layout(0), buffers, &bindings);
         Self { pipeline, bind_group, bindings, wireframe }
     }
 
     pub fn rebind(&mut self, device: &wgpu::Device, buffers: &Buffers) {
         let layout = self.pipeline.get_bind_group_layout(0);
-        self.bind_group = bind(device, "draw_terrain", &layout, buffers, self.bindings);
+        self.bind_group = bind(device, "draw_terrain", &layout, buffers, &self.bindings);
     }
 
     pub fn record(&self, pass: &mut wgpu::RenderPass<'_>, buffers: &Buffers) {

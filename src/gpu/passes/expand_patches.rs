@@ -1,7 +1,8 @@
 //! Expands visible patches into vertices and triangles.
 
-use super::{ComputePass, Dispatch, Variant, binding, flag};
-use crate::gpu::{Buffers, Counters, shaders};
+use super::spec::{Dispatch, EVERY_FRAME, PassSpec};
+use super::{binding, flag};
+use crate::gpu::{Counters, Ground, shaders};
 
 const PLANE: [u32; 6] = [
     binding::FRAME,
@@ -11,28 +12,21 @@ const PLANE: [u32; 6] = [
     binding::VERTICES,
     binding::INDICES,
 ];
-/// Eight of them storage: all that default WebGPU grants a stage.
-const CURVED: [u32; 10] = [
-    binding::FRAME,
-    binding::SAMPLES,
-    binding::PATCHES,
-    binding::VISIBLE_SLOTS,
-    binding::VERTICES,
-    binding::INDICES,
-    binding::CURVE,
-    binding::CHARTS,
-    binding::ANCHORS,
-    binding::SHADES,
-];
+/// Eight of all storage: all that default WebGPU grants a stage.
+const CURVED: [u32; 4] = [binding::CURVE, binding::CHARTS, binding::ANCHORS, binding::SHADES];
 
-pub(crate) fn new(device: &wgpu::Device, buffers: &Buffers, variant: Variant) -> ComputePass {
-    ComputePass::new(
-        device,
-        buffers,
-        shaders::EXPAND_PATCHES,
-        variant.ground,
-        variant.bindings(&PLANE, &CURVED),
-        &[("HAS_VOIDS", flag(variant.has_voids)), ("MORPH", flag(variant.morph))],
-        Dispatch::Indirect(std::mem::offset_of!(Counters, expand_x) as u64),
-    )
-}
+pub(crate) const SPEC: PassSpec = PassSpec {
+    source: |_| shaders::EXPAND_PATCHES,
+    needed: |_| true,
+    runs: EVERY_FRAME,
+    constants: |variant| {
+        let mut all = vec![("HAS_VOIDS", flag(variant.has_voids)), ("MORPH", flag(variant.morph))];
+        if variant.ground == Ground::Plane {
+            all.push(("NORMALS", flag(variant.normals)));
+        }
+        all
+    },
+    bindings: |variant| variant.bindings(&PLANE, &CURVED),
+    inputs: |_| Vec::new(),
+    dispatch: Dispatch::Indirect(std::mem::offset_of!(Counters, expand_x) as u64),
+};

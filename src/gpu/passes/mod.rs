@@ -6,10 +6,13 @@ pub(crate) mod cull_quads;
 pub(crate) mod displace_samples;
 pub(crate) mod draw_terrain;
 pub(crate) mod expand_patches;
+pub(crate) mod spec;
 
+use self::spec::{Dispatch, FrameWork, PassSpec};
 use super::Buffers;
 use super::shaders::{Ground, ShaderModuleSource};
 use crate::clipmap::ClipmapShape;
+use crate::scene::ColorMode;
 
 /// Binding numbers: one a buffer in all shaders.
 pub(crate) mod binding {
@@ -32,47 +35,47 @@ pub(crate) mod binding {
     pub const RECORDS: u32 = 16;
 }
 
-/// Which variant of the shaders a scene needs; everything else is not compiled.
+/// Which variant of the shaders a scene needs; everything else is not compiled, bound, allocated or run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Variant {
+pub struct Variant {
+    /// What samples are.
     pub ground: Ground,
+    /// Charts of the base surface.
     pub charts: u32,
+    /// Triangles that touch a void sample are collapsed.
     pub has_voids: bool,
+    /// Vertices near a level's perimeter move towards the coarser level.
     pub morph: bool,
+    /// Samples travel as two bytes.
     pub short: bool,
+    /// Patches out of view are not drawn.
+    pub cull: bool,
+    /// Patches behind the horizon are not drawn.
+    pub horizon: bool,
+    /// Blocks of samples have bounds.
+    pub bounds: bool,
+    /// Vertices have normals; always on a curved surface.
+    pub normals: bool,
+    /// Shaded colours fade into fog.
+    pub fog: bool,
+    /// Triangle edges are drawn.
+    pub wireframe: bool,
+    /// Colouring.
+    pub color: ColorMode,
 }
 
 impl Variant {
-    /// `plane` bindings on a plane, else `curved`.
-    pub fn bindings(self, plane: &'static [u32], curved: &'static [u32]) -> &'static [u32] {
-        if self.ground == Ground::Plane { plane } else { curved }
+    /// `plane` bindings, on a curved surface `curved` besides.
+    fn bindings(self, plane: &[u32], curved: &[u32]) -> Vec<u32> {
+        let more = if self.ground == Ground::Plane { &[] } else { curved };
+        [plane, more].concat()
     }
 
+    /// What the sizes of buffers follow from.
+    #[must_use]
     pub fn extent(self) -> super::Extent {
-        super::Extent { ground: self.ground, charts: self.charts, short: self.short }
+        super::Extent { ground: self.ground, charts: self.charts, short: self.short, bounds: self.bounds }
     }
-}
-
-/// What this frame asks of the passes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct FrameWork {
-    /// Refill strips in staging.
-    pub strips: u32,
-    /// Samples of the largest strip.
-    pub largest_strip: u32,
-    /// True when any window moved.
-    pub shifted: bool,
-    /// Levels of all charts.
-    pub lanes: u32,
-}
-
-/// How much a compute pass dispatches.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Dispatch {
-    /// Workgroups, from this frame's work; nothing is recorded when any is zero.
-    Groups(fn(ClipmapShape, FrameWork) -> [u32; 3]),
-    /// From the counters, at this byte offset.
-    Indirect(u64),
 }
 
 /// A compute pass ready to record.
@@ -80,47 +83,45 @@ pub(crate) enum Dispatch {
 pub(crate) struct ComputePass {
     pub stem: &'static str,
     pipeline: wgpu::ComputePipeline,
-    bindings: &'static [u32],
+    bindings: Vec<u32>,
     bind_group: wgpu::BindGroup,
     dispatch: Dispatch,
 }
 
 impl ComputePass {
-    /// Compiles the pass with the given override constants and binds its buffers.
-    pub fn new(
-        device: &wgpu::Device,
-        buffers: &Buffers,
-        source: ShaderModuleSource,
-        ground: Ground,
-        bindings: &'static [u32],
-        constants: &[(&str, f64)],
-        dispatch: Dispatch,
-    ) -> Self {
-        let module = create_module(device, source, ground);
+    /// Compiles the pass for a variant and binds its buffers.
+    pub fn new(device: &wgpu::Device, buffers: &Buffers, spec: &PassSpec, variant: Variant) -> Self {
+        let source = (spec.source)(variant);
+        let bindings = (spec.bindings)(variant);
+        let constants = (spec.constants)(variant);
+        let module = create_module(device, source, variant.ground);
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(source.stem),
             layout: None,
             module: &module,
             entry_point: Some(source.stem),
-            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &constants,
+                ..Default::default()
+            },
             cache: None,
         });
         let layout = pipeline.get_bind_group_layout(0);
-        let bind_group = bind(device, source.stem, &layout, buffers, bindings);
-        Self { stem: source.stem, pipeline, bindings, bind_group, dispatch }
+        let bind_group = bind(device, source.stem, &layout, buffers, &bindings);
+        Self { stem: source.stem, pipeline, bindings, bind_group, dispatch: spec.dispatch }
     }
 
     /// Binds other buffers, after they have grown.
     pub fn rebind(&mut self, device: &wgpu::Device, buffers: &Buffers) {
         let layout = self.pipeline.get_bind_group_layout(0);
-        self.bind_group = bind(device, self.stem, &layout, buffers, self.bindings);
+        self.bind_group = bind(device, self.stem, &layout, buffers, &self.bindings);
     }
 
     /// True when there is anything to do this frame.
     pub fn has_work(&self, shape: ClipmapShape, work: FrameWork) -> bool {
         match self.dispatch {
             Dispatch::Groups(groups) => !groups(shape, work).contains(&0),
-            Dispatch::Indirect(_) => true,
+            Dispatch::Indirect(_) | Dispatch::Draw => true,
         }
     }
 
@@ -140,6 +141,7 @@ impl ComputePass {
                 pass.dispatch_workgroups(x, y, z);
             }
             Dispatch::Indirect(offset) => pass.dispatch_workgroups_indirect(counters, offset),
+            Dispatch::Draw => {}
         }
     }
 }
@@ -164,9 +166,9 @@ pub(crate) fn bind(
 ) -> wgpu::BindGroup {
     let entries: Vec<_> = bindings
         .iter()
-        .map(|&number| wgpu::BindGroupEntry {
-            binding: number,
-            resource: buffer(buffers, number).as_entire_binding(),
+        .filter_map(|&number| {
+            let resource = buffer(buffers, number)?.as_entire_binding();
+            Some(wgpu::BindGroupEntry { binding: number, resource })
         })
         .collect();
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
@@ -176,29 +178,7 @@ pub(crate) fn flag(on: bool) -> f64 {
     f64::from(u8::from(on))
 }
 
-fn buffer(buffers: &Buffers, number: u32) -> &wgpu::Buffer {
-    if let Some(curved) = &buffers.curved {
-        match number {
-            binding::CURVE => return &curved.curve,
-            binding::CHARTS => return &curved.charts,
-            binding::RECORDS => return &curved.records,
-            binding::ANCHORS => return &curved.anchors,
-            binding::SHADES => return &curved.shades,
-            _ => {}
-        }
-    }
-    match number {
-        binding::FRAME => &buffers.frame,
-        binding::CONTROL_POINTS => &buffers.control_points,
-        binding::CONTROL_QUADS => &buffers.control_quads,
-        binding::SAMPLES => &buffers.samples,
-        binding::BLOCK_BOUNDS => &buffers.block_bounds,
-        binding::PATCHES => &buffers.patches,
-        binding::VISIBLE_SLOTS => &buffers.visible_slots,
-        binding::COUNTERS => &buffers.counters,
-        binding::VERTICES => &buffers.vertices,
-        binding::INDICES => &buffers.indices,
-        binding::QUAD_CORNERS => &buffers.quad_corners,
-        _ => &buffers.staging,
-    }
+fn buffer(buffers: &Buffers, number: u32) -> Option<&wgpu::Buffer> {
+    let name = spec::binding_name(number);
+    buffers.all().into_iter().find(|(n, _)| *n == name).map(|(_, b)| b)
 }

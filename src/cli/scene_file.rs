@@ -1,0 +1,270 @@
+//! Scene files: TOML with the tables `[terrain]`, `[clipmap]`, `[look]` and `[camera]`.
+//!
+//! Every key is optional but `terrain.source`; examples/scenes shows all of them. What the command line
+//! says goes before what the file says. A key that is not known is refused with the nearest one.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::str::FromStr as _;
+
+use anyhow::{Context as _, anyhow, bail};
+use clap::ValueEnum;
+use tessclip::surface::Base;
+use toml::de::{DeTable, DeValue};
+
+use super::args::{Color, Filter, Nodata, Rgb, parse_color, parse_size};
+
+/// Tables and their keys.
+const KEYS: [(&str, &[&str]); 4] = [
+    (
+        "terrain",
+        &["source", "base", "over", "exaggeration", "spacing", "z_scale", "z_offset", "nodata", "prefilter"],
+    ),
+    ("clipmap", &["n", "levels", "morph", "cull", "drop_fine_levels"]),
+    ("look", &["color", "wireframe", "fog", "background", "sun"]),
+    ("camera", &["pose", "fov", "size"]),
+];
+
+/// What a scene file says; all of it is `None` where TERRAIN is no scene file.
+#[derive(Clone, Debug, Default)]
+pub struct SceneFile {
+    /// DEM file, positions or recipe.
+    pub source: Option<String>,
+    /// Base surface.
+    pub base: Option<Base>,
+    /// More DEMs.
+    pub over: Vec<String>,
+    /// Factor on the heights.
+    pub exaggeration: Option<f64>,
+    /// Metres between samples.
+    pub spacing: Option<f64>,
+    /// Metres a unit.
+    pub z_scale: Option<f64>,
+    /// Metres added.
+    pub z_offset: Option<f64>,
+    /// Void policy.
+    pub nodata: Option<Nodata>,
+    /// Prefilter.
+    pub prefilter: Option<Filter>,
+    /// Samples per side of a window.
+    pub n: Option<u32>,
+    /// Level count.
+    pub levels: Option<u32>,
+    /// Geomorph.
+    pub morph: Option<bool>,
+    /// Culling.
+    pub cull: Option<bool>,
+    /// Drop the finest levels from far above.
+    pub drop_fine_levels: Option<bool>,
+    /// Colouring.
+    pub color: Option<Color>,
+    /// Triangle edges.
+    pub wireframe: Option<bool>,
+    /// Distance fog.
+    pub fog: Option<bool>,
+    /// Background.
+    pub background: Option<Rgb>,
+    /// Azimuth and altitude of the sun, degrees.
+    pub sun: Option<[f64; 2]>,
+    /// Camera `x,y,z,yaw,pitch`.
+    pub pose: Option<String>,
+    /// Vertical field of view, degrees.
+    pub fov: Option<f64>,
+    /// Picture size.
+    pub size: Option<[u32; 2]>,
+}
+
+impl SceneFile {
+    /// True when a TERRAIN argument names a scene file.
+    pub fn is_one(terrain: &str) -> bool {
+        !terrain.starts_with("procedural:")
+            && Path::new(terrain).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+    }
+
+    /// The scene file TERRAIN names, or one that says nothing where it is something else.
+    pub fn of(terrain: &str) -> anyhow::Result<Self> {
+        if !Self::is_one(terrain) {
+            return Ok(Self::default());
+        }
+        let path = Path::new(terrain);
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("{terrain}: the scene file cannot be read"))?;
+        Self::parse(path, &text)
+    }
+
+    fn parse(path: &Path, text: &str) -> anyhow::Result<Self> {
+        let place = Place { path, text };
+        let document = DeTable::parse(text)
+            .map_err(|e| place.fail(e.span().unwrap_or(0..0), &format!("not TOML: {}", e.message())))?;
+        let mut scene = Self::default();
+        for (name, table) in document.get_ref().iter() {
+            let Some((name, keys)) = KEYS.iter().find(|(known, _)| *known == name.get_ref().as_ref()) else {
+                return Err(place.unknown(name.span(), "", name.get_ref()));
+            };
+            let DeValue::Table(table) = table.get_ref() else {
+                return Err(place.fail(table.span(), &format!("{name} is a table: write [{name}]")));
+            };
+            for (key, value) in table.iter() {
+                let Some(key) = keys.iter().find(|known| **known == key.get_ref().as_ref()) else {
+                    return Err(place.unknown(key.span(), name, key.get_ref()));
+                };
+                scene
+                    .set(&place, key, value.get_ref())
+                    .map_err(|e| place.fail(value.span(), &format!("{name}.{key}: {e:#}")))?;
+            }
+        }
+        if scene.source.is_none() {
+            bail!("{}: names no terrain: give source in [terrain]", path.display());
+        }
+        scene.resolve_paths(path);
+        Ok(scene)
+    }
+
+    fn set(&mut self, place: &Place<'_>, key: &str, value: &DeValue<'_>) -> anyhow::Result<()> {
+        match key {
+            "source" => {
+                let source = string(value)?;
+                if source.is_empty() || Self::is_one(source) {
+                    bail!("give a DEM file or procedural:NAME, not `{source}` ({})", place.path.display());
+                }
+                self.source = Some(source.into());
+            }
+            "base" => self.base = Some(Base::from_str(string(value)?)?),
+            "over" => self.over = list(value, string)?.into_iter().map(String::from).collect(),
+            "exaggeration" => self.exaggeration = Some(number(value)?),
+            "spacing" => self.spacing = Some(number(value)?),
+            "z_scale" => self.z_scale = Some(number(value)?),
+            "z_offset" => self.z_offset = Some(number(value)?),
+            "nodata" => self.nodata = Some(choice(value)?),
+            "prefilter" => self.prefilter = Some(choice(value)?),
+            "n" => self.n = Some(whole(value)?),
+            "levels" => self.levels = Some(whole(value)?),
+            "morph" => self.morph = Some(switch(value)?),
+            "cull" => self.cull = Some(switch(value)?),
+            "drop_fine_levels" => self.drop_fine_levels = Some(switch(value)?),
+            "color" => self.color = Some(choice(value)?),
+            "wireframe" => self.wireframe = Some(switch(value)?),
+            "fog" => self.fog = Some(switch(value)?),
+            "background" => self.background = Some(parse_color(string(value)?).map_err(|e| anyhow!(e))?),
+            "sun" => self.sun = Some(numbers(value)?),
+            "pose" => self.pose = Some(numbers::<5>(value)?.map(|v| v.to_string()).join(",")),
+            "fov" => self.fov = Some(number(value)?),
+            _ => self.size = Some(parse_size(string(value)?).map_err(|e| anyhow!(e))?),
+        }
+        Ok(())
+    }
+
+    /// Paths in a scene file are relative to its own folder.
+    fn resolve_paths(&mut self, path: &Path) {
+        let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+        let resolved = |given: &str| {
+            if given.starts_with("procedural:") {
+                return given.to_string();
+            }
+            folder.join(given).to_string_lossy().into_owned()
+        };
+        let sampled = self.base == Some(Base::Sampled);
+        if let Some(source) = &mut self.source {
+            // x, y and z may come as three rasters.
+            let parts: Vec<String> =
+                if sampled { source.split(',').map(resolved).collect() } else { vec![resolved(source)] };
+            *source = parts.join(",");
+        }
+        self.over = self.over.iter().map(|dem| resolved(dem)).collect();
+    }
+}
+
+/// Where an error stands.
+struct Place<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl Place<'_> {
+    fn fail(&self, at: Range<usize>, what: &str) -> anyhow::Error {
+        let before = self.text.get(..at.start).unwrap_or_default();
+        let line = before.matches('\n').count() + 1;
+        anyhow!("{}: line {line}: {what}", self.path.display())
+    }
+
+    fn unknown(&self, at: Range<usize>, table: &str, key: &str) -> anyhow::Error {
+        let (kind, here) =
+            if table.is_empty() { ("table", String::new()) } else { ("key", format!("{table}.")) };
+        self.fail(at, &format!("unknown {kind} `{here}{key}`; the nearest is `{}`", nearest(table, key)))
+    }
+}
+
+/// The known name nearest to one in `table`; its own table's win where several are equally near.
+fn nearest(table: &str, key: &str) -> String {
+    let all = KEYS.iter().flat_map(|(name, keys)| {
+        let own = usize::from(*name != table);
+        let itself = table.is_empty().then(|| (strsim::damerau_levenshtein(key, name), 0, name.to_string()));
+        let keys = keys
+            .iter()
+            .map(move |known| (strsim::damerau_levenshtein(key, known), own, format!("{name}.{known}")));
+        itself.into_iter().chain(keys)
+    });
+    all.min().map(|(_, _, name)| name).unwrap_or_default()
+}
+
+fn string<'a>(value: &'a DeValue<'_>) -> anyhow::Result<&'a str> {
+    match value {
+        DeValue::String(text) => Ok(text),
+        other => bail!("give a text in quotes, not a {}", other.type_str()),
+    }
+}
+
+fn switch(value: &DeValue<'_>) -> anyhow::Result<bool> {
+    match value {
+        DeValue::Boolean(on) => Ok(*on),
+        other => bail!("give true or false, not a {}", other.type_str()),
+    }
+}
+
+fn number(value: &DeValue<'_>) -> anyhow::Result<f64> {
+    let parsed: Option<f64> = match value {
+        DeValue::Float(v) => v.as_str().parse().ok(),
+        DeValue::Integer(v) => i64::from_str_radix(v.as_str(), v.radix()).ok().map(|v| v as f64),
+        other => bail!("give a number, not a {}", other.type_str()),
+    };
+    parsed.filter(|v| v.is_finite()).ok_or_else(|| anyhow!("give a finite number"))
+}
+
+fn whole(value: &DeValue<'_>) -> anyhow::Result<u32> {
+    match value {
+        DeValue::Integer(v) => u32::from_str_radix(v.as_str(), v.radix())
+            .map_err(|_| anyhow!("give a whole number that is not negative, not {v}")),
+        other => bail!("give a whole number, not a {}", other.type_str()),
+    }
+}
+
+fn list<'a, 'i, T>(
+    value: &'a DeValue<'i>,
+    each: impl Fn(&'a DeValue<'i>) -> anyhow::Result<T>,
+) -> anyhow::Result<Vec<T>> {
+    match value {
+        DeValue::Array(items) => items.iter().map(|item| each(item.get_ref())).collect(),
+        other => bail!("give a list in brackets, not a {}", other.type_str()),
+    }
+}
+
+fn numbers<const N: usize>(value: &DeValue<'_>) -> anyhow::Result<[f64; N]> {
+    let all = list(value, number)?;
+    all.try_into().map_err(|all: Vec<f64>| anyhow!("give {N} numbers, not {}", all.len()))
+}
+
+fn choice<T: ValueEnum>(value: &DeValue<'_>) -> anyhow::Result<T> {
+    let text = string(value)?;
+    T::from_str(text, false).map_err(|_| {
+        let known: Vec<String> = T::value_variants()
+            .iter()
+            .filter_map(|v| Some(v.to_possible_value()?.get_name().to_string()))
+            .collect();
+        let near = known.iter().min_by_key(|name| strsim::damerau_levenshtein(text, name));
+        anyhow!(
+            "`{text}` is none of {}; the nearest is `{}`",
+            known.join(", "),
+            near.map_or("", String::as_str)
+        )
+    })
+}

@@ -1,0 +1,159 @@
+//! How much GPU memory a scene takes: one function of its shape, for the plan and for the allocation.
+
+use serde::Serialize;
+
+use super::curve::{GpuChart, GpuCurve};
+use super::layouts::{Counters, GpuControlQuad, GpuFrame, PatchRecord};
+use super::shaders::Ground;
+use crate::clipmap::ClipmapShape;
+use crate::quads::{CONTROL_POINTS, PATCH_CELLS, QUADS_PER_LEVEL, slots_per_level};
+use crate::surface::{ANCHOR_WORDS, RECORD_WORDS};
+
+/// Room for expanded vertices and indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Capacity {
+    /// Vertices, 16 bytes each.
+    pub vertices: u32,
+    /// Indices, 4 bytes each.
+    pub indices: u32,
+}
+
+impl Capacity {
+    /// Room for every patch of every level at once: nothing can be dropped on one chart. Of glued charts,
+    /// the one under the camera draws whole windows and those around it no more than halves: three times
+    /// one chart's room is ample, and a reported overflow makes it grow all the same.
+    #[must_use]
+    pub fn worst_case(shape: ClipmapShape, charts: u32) -> Self {
+        let cells = u64::from(shape.n() - 1).pow(2);
+        let ring = cells - u64::from(2 * shape.m() + 1).pow(2);
+        let all = cells + ring * u64::from(shape.levels() - 1);
+        let slots = u64::from(slots_per_level(shape) * shape.levels());
+        // A patch adds one row and column of vertices and at most one doubled cell a side: 4 x 16.
+        let per_patch = u64::from(4 * PATCH_CELLS + 1 + 2 * PATCH_CELLS);
+        let clamp = |v: u64| u32::try_from(v).unwrap_or(u32::MAX);
+        Self {
+            vertices: clamp((all + slots * per_patch) * u64::from(charts.min(3))),
+            indices: clamp(
+                3 * (2 * all + u64::from(8 * shape.n()) * u64::from(shape.levels()))
+                    * u64::from(charts.min(3)),
+            ),
+        }
+    }
+
+    /// What of it fits into buffers of at most `most` bytes.
+    #[must_use]
+    pub fn fitted(self, most: u64) -> Self {
+        let clamp = |v: u64| u32::try_from(v).unwrap_or(u32::MAX);
+        Self {
+            vertices: self.vertices.min(clamp(most / 16)).max(1),
+            indices: self.indices.min(clamp(most / 4)).max(3),
+        }
+    }
+}
+
+/// What the sizes of buffers follow from, besides the clipmap's shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Extent {
+    /// What samples are.
+    pub ground: Ground,
+    /// Charts of the base surface.
+    pub charts: u32,
+    /// Samples travel as two bytes.
+    pub short: bool,
+    /// Blocks of samples have bounds.
+    pub bounds: bool,
+}
+
+impl Extent {
+    /// A plane with samples of four bytes.
+    pub const PLANE: Self = Self { ground: Ground::Plane, charts: 1, short: false, bounds: true };
+
+    /// Bytes of a sample in a window.
+    #[must_use]
+    pub fn sample_bytes(self) -> u64 {
+        if self.ground == Ground::Plane { 4 } else { 16 }
+    }
+
+    /// Bytes of a sample on its way there.
+    #[must_use]
+    pub fn staged_bytes(self) -> u64 {
+        match (self.ground, self.short) {
+            (Ground::Points, _) => 12,
+            (_, true) => 2,
+            (_, false) => 4,
+        }
+    }
+
+    /// Blocks a side of a lane's toroidal table of records: 16 in a window, and both ragged ends. Positions
+    /// need none.
+    #[must_use]
+    pub(crate) fn record_side(self) -> u32 {
+        if self.ground == Ground::Curved { 19 } else { 0 }
+    }
+}
+
+/// Blocks a side of a lane's toroidal table of anchors: enough for the window's, and a power of two, because
+/// every vertex looks its anchor up.
+pub(crate) const ANCHOR_SIDE: u32 = 32;
+
+/// Blocks of bounds a side of a lane: of 16 cells on a plane, of 4 elsewhere, and twice the window's
+/// width, so that both ragged ends fit.
+pub(crate) fn bounds_side(shape: ClipmapShape, ground: Ground) -> u32 {
+    2 * (shape.n() + 1) / if ground == Ground::Plane { 16 } else { 4 }
+}
+
+/// Cells of a block of the base surface: a sixteenth of the window.
+pub(crate) fn block_cells(shape: ClipmapShape) -> u32 {
+    (shape.n() + 1) / 16
+}
+
+/// A buffer's name, which is also its name in the shaders, and its size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct BufferSize {
+    /// Name of the binding.
+    pub name: &'static str,
+    /// Bytes allocated.
+    pub bytes: u64,
+}
+
+/// All buffers of a scene in the order of their binding numbers; what is not listed is not allocated.
+#[must_use]
+pub fn buffer_sizes(shape: ClipmapShape, extent: Extent, capacity: Capacity) -> Vec<BufferSize> {
+    let lanes = u64::from(shape.levels()) * u64::from(extent.charts);
+    let side = u64::from(shape.n()) + 1;
+    let slots = u64::from(slots_per_level(shape)) * lanes;
+    let vertices = u64::from(capacity.vertices);
+    let bounds_bytes = if extent.ground == Ground::Plane { 8 } else { 32 };
+    let bounds_blocks = u64::from(bounds_side(shape, extent.ground)).pow(2);
+    let mut sizes = vec![
+        ("frame", size_of::<GpuFrame>() as u64),
+        ("control_points", lanes * CONTROL_POINTS as u64 * 4),
+        ("control_quads", (QUADS_PER_LEVEL * size_of::<GpuControlQuad>()) as u64),
+        ("samples", lanes * side * side * extent.sample_bytes()),
+    ];
+    if extent.bounds {
+        sizes.push(("block_bounds", lanes * bounds_blocks * bounds_bytes));
+    }
+    sizes.extend([
+        ("patches", slots * size_of::<PatchRecord>() as u64),
+        ("visible_slots", slots * 4),
+        ("counters", size_of::<Counters>() as u64),
+        ("vertices", vertices * 16),
+        ("indices", u64::from(capacity.indices) * 4),
+        ("quad_corners", lanes * QUADS_PER_LEVEL as u64 * 4),
+        ("staging", lanes * (side * side * extent.staged_bytes() + 40)),
+    ]);
+    if extent.ground != Ground::Plane {
+        sizes.extend([
+            ("curve", size_of::<GpuCurve>() as u64),
+            ("charts", u64::from(extent.charts) * size_of::<GpuChart>() as u64),
+            ("anchors", lanes * u64::from(ANCHOR_SIDE).pow(2) * ANCHOR_WORDS as u64 * 16),
+            ("shades", vertices * 4),
+        ]);
+    }
+    if extent.ground == Ground::Curved {
+        let records = u64::from(extent.record_side()).pow(2);
+        sizes.push(("records", lanes * records * RECORD_WORDS as u64 * 16));
+    }
+    sizes.into_iter().map(|(name, bytes)| BufferSize { name, bytes: bytes.max(16) }).collect()
+}
