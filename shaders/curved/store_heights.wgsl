@@ -3,7 +3,7 @@
 // polynomial in f32; and the surface's normal, along which the height is added.
 
 const WORDS_PER_SAMPLE = 1u;
-const RECORD_WORDS = 18u; // of 16 bytes
+const RECORD_WORDS = 21u; // of 16 bytes
 
 @group(0) @binding(3) var<storage, read_write> windows: array<vec4<i32>>;
 @group(0) @binding(16) var<storage, read> records: array<vec4<i32>>;
@@ -43,7 +43,7 @@ fn store_sample(level: u32, node: vec2<i32>, first: u32, k: u32) {
         rest += coefficient(r, u32(i)) * terms[i];
     }
     var up = vec3<f32>(0.0);
-    for (var i = 5i; i >= 0i; i--) {
+    for (var i = 9i; i >= 0i; i--) {
         up += coefficient(r, 15u + u32(i)) * terms[i];
     }
     rest += up * height;

@@ -2,7 +2,7 @@
 //!
 //! A block spans a few cells of one level. Its record holds an anchor in integers, the linear part of
 //! the surface around it in integers, and what is left, which is small, as a polynomial of degree four
-//! in f32; and the surface's normal as one of degree two. shaders/curved/store_heights.wgsl adds them
+//! in f32; and the surface's normal as one of degree three. shaders/curved/store_heights.wgsl adds them
 //! up. Fruehstueck 2008, section 6.2, names absolute f32 positions as the limit of her system: they
 //! step by half a metre at the radius of the Earth.
 
@@ -12,7 +12,7 @@ use super::Charted;
 pub const LOW_BITS: u32 = 24;
 
 /// 16-byte words of a record.
-pub const RECORD_WORDS: usize = 18;
+pub const RECORD_WORDS: usize = 21;
 
 /// 16-byte words of an anchor.
 pub const ANCHOR_WORDS: usize = 2;
@@ -29,10 +29,12 @@ impl Units {
     /// and anchors within `reach_m` of the world's origin in 55.
     #[must_use]
     pub fn new(levels: u32, cell_m: f64, block_cells: u32, height_m: f64, reach_m: f64) -> Self {
-        let across = 1.5 * f64::from(block_cells.max(32)) * cell_m;
+        // From a block's middle to its corner, and as far again as a block of bounds reaches over it; cells
+        // may be oblique.
+        let across = 1.5 * f64::from(block_cells / 2 + 6) * cell_m;
         let level_m = (0..levels)
             .map(|level| {
-                let offsets = across * f64::from(1_u32 << level) / f64::from(1 << 29);
+                let offsets = across * f64::from(1_u32 << level) / f64::from(1 << 30);
                 let heights = height_m / f64::from(1 << 28);
                 // The camera may be far outside as well.
                 let anchors = reach_m / (2.0_f64).powi(50);
@@ -79,8 +81,8 @@ pub struct BlockRecord {
     /// What is left of the surface: coefficients in metres of 1 u v uu uv vv ... vvvv, with u and v from
     /// -1 to 1 across the block.
     pub surface: [[f32; 3]; 15],
-    /// The normal: coefficients of 1 u v uu uv vv.
-    pub normal: [[f32; 3]; 6],
+    /// The normal: coefficients of 1 u v uu uv vv uuu uuv uvv vvv.
+    pub normal: [[f32; 3]; 10],
     /// To a whole number of 16-byte words.
     pub padding: f32,
 }
@@ -146,7 +148,7 @@ pub fn block_record(
         }
     }
     let mut record =
-        BlockRecord { linear: [[0; 4]; 2], surface: [[0.0; 3]; 15], normal: [[0.0; 3]; 6], padding: 0.0 };
+        BlockRecord { linear: [[0; 4]; 2], surface: [[0.0; 3]; 15], normal: [[0.0; 3]; 10], padding: 0.0 };
     let mut anchors = [[0; 4]; ANCHOR_WORDS];
     let half = f64::from(cells) / 2.0;
     for axis in 0..3 {
@@ -168,7 +170,7 @@ pub fn block_record(
             record.surface[k][axis] = c as f32;
         }
         let normals = values.map(|row| row.map(|v| v[3 + axis]));
-        for (k, term) in TERMS.iter().take(6).enumerate() {
+        for (k, term) in TERMS.iter().take(10).enumerate() {
             record.normal[k][axis] = coefficient(&normals, *term) as f32;
         }
     }
@@ -226,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_gives_the_earth_within_a_tenth_of_a_millimetre() {
+    fn a_record_gives_the_earth_within_half_a_millimetre() {
         let size = 2048;
         let earth = CubeSphere { ellipsoid: Ellipsoid::WGS84, size };
         let units = Units::new(5, earth.cell_m(), 16, 9_000.0, earth.reach_m());
@@ -234,8 +236,16 @@ mod tests {
         for chart in 0..6 {
             for block in [[0, 0], [64, 64], [127, 0], [128, 128], [31, 90], [-1, 128]] {
                 let (a, r) = block_record(&earth, chart, [size; 2], 0, block, 16, units.level_m[0]);
-                for k in 0..25 {
-                    let cell = [f64::from(k % 5) * 4.0 - 8.0 + 1.0, f64::from(k / 5) * 4.0 - 8.0 + 0.5];
+                for k in 0..81 {
+                    // Beyond the border only the nearest nodes are ever asked for.
+                    let cell = [0, 1].map(|a| {
+                        let c = f64::from(if a == 0 { k % 9 } else { k / 9 }) * 2.0 - 8.0;
+                        match block[a] {
+                            128 => c.min(-7.0),
+                            -1 => c.max(7.0),
+                            _ => c,
+                        }
+                    });
                     let start = block.map(|b| f64::from(block_start(size, 0, 16, b)));
                     let (p, n) = earth.base(chart, [start[0] + 8.0 + cell[0], start[1] + 8.0 + cell[1]]);
                     let (q, m) = evaluate(&a, &r, cell, 8.0, units.level_m[0]);
@@ -243,11 +253,15 @@ mod tests {
                     let at_height = |p: [f64; 3], n: [f64; 3]| {
                         glam::DVec3::from_array([0, 1, 2].map(|a| p[a] + 9_000.0 * n[a]))
                     };
-                    worst = worst.max(at_height(q, m).distance(at_height(p.to_array(), n.to_array())));
+                    let error = at_height(q, m).distance(at_height(p.to_array(), n.to_array()));
+                    if error > 5e-4 {
+                        println!("chart {chart} block {block:?} cell {cell:?}: {error:e} m");
+                    }
+                    worst = worst.max(error);
                 }
             }
         }
         println!("worst {worst:e} m, unit {:e} m", units.level_m[0]);
-        assert!(worst <= 1e-3, "{worst}");
+        assert!(worst <= 5e-4, "{worst}");
     }
 }
