@@ -24,7 +24,7 @@ impl Renderer {
             self.state.as_ref().ok_or_else(|| GpuError::Readback { reason: "no frame was drawn".into() })?;
         let counters = self.read_counters()?;
         let read_patches = |count: usize| -> Result<Vec<PatchRecord>, GpuError> {
-            let slots = (slots_per_level(self.shape) * self.shape.levels()) as usize;
+            let slots = (slots_per_level(self.shape) * self.lanes()) as usize;
             let records: Vec<PatchRecord> =
                 read_buffer(&self.device, &self.queue, &self.buffers.patches, slots)?;
             let visible: Vec<u32> =

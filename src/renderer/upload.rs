@@ -13,7 +13,7 @@ use crate::quads::slots_per_level;
 
 impl Renderer {
     /// Levels of all charts.
-    fn lanes(&self) -> u32 {
+    pub(super) fn lanes(&self) -> u32 {
         self.shape.levels() * self.plan.variant.charts
     }
 
