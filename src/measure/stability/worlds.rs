@@ -1,0 +1,142 @@
+//! Worlds to be precise in: planes and curved surfaces, near the world's origin and far from it.
+
+use glam::DVec3;
+
+use super::StabilityError;
+use crate::camera::Camera;
+use crate::clipmap::Node;
+use crate::heights::{Degrees, HeightGrid, Planet, Procedural, ProceduralKind};
+use crate::measure::oracle::true_position;
+use crate::pyramid::Prefilter;
+use crate::scene::{Curved, Terrain};
+use crate::surface::{Base, Ellipsoid};
+
+/// A terrain, and what to call it in a row.
+pub(super) struct World {
+    pub(super) name: String,
+    pub(super) terrain: Terrain,
+    /// Metres over a node from which it must be precise to a hundredth of a pixel: where cells are
+    /// kilometres, the integers of a node step by more than the eye at its foot could tell.
+    pub(super) least_m: f64,
+}
+
+/// Distances from the world's origin that planes are tried at, metres.
+pub(super) const OFFSETS_M: [f64; 4] = [0.0, 1e5, 6.4e6, 1e9];
+
+/// Mountains of `size` x `size` samples, 30 m apart.
+pub(super) fn mountains(size: usize) -> Result<HeightGrid, StabilityError> {
+    let recipe = Procedural { width: size, height: size, ..Procedural::new(ProceduralKind::Mountains) };
+    Ok(recipe.to_grid()?)
+}
+
+/// The grid as it is on a plane whose first sample lies `offset_m` east and north of the origin.
+pub(super) fn plane_at(grid: &HeightGrid, offset_m: f64) -> Terrain {
+    let mut terrain = Terrain::new(grid, Prefilter::Subsample);
+    terrain.origin_m = [offset_m; 2];
+    terrain
+}
+
+/// The same plane by way of the curved shaders.
+pub(super) fn flat_at(grid: &HeightGrid, offset_m: f64) -> Terrain {
+    let mut grid = grid.clone();
+    grid.origin_m = [0.0; 2];
+    Terrain::from_curved(Curved::flat(&grid, DVec3::new(offset_m, offset_m, 0.0)), grid.spacing_m)
+}
+
+/// The grid in degrees, one second of arc apart, in the Alps.
+pub(super) fn in_degrees(grid: &HeightGrid) -> HeightGrid {
+    let mut grid = grid.clone();
+    let step = 1.0 / 3600.0;
+    let [west, south] = [7.613, 45.897];
+    let metres_per_degree = [77_500.0, 111_150.0];
+    grid.georeference.degrees = Some(Degrees { west, south, step: [step; 2], metres_per_degree });
+    grid.spacing_m = metres_per_degree.map(|m| m * step);
+    grid.origin_m = [west * metres_per_degree[0], south * metres_per_degree[1]];
+    grid
+}
+
+/// All worlds; `brief` leaves one of each kind.
+pub(super) fn worlds(brief: bool) -> Result<Vec<World>, StabilityError> {
+    let mut grid = mountains(if brief { 129 } else { 257 })?;
+    // Metres that no f32 holds exactly, as data in degrees have them.
+    grid.spacing_m = [21.527_777_8, 30.875_123_4];
+    let least_m = 1.0;
+    let mut out = Vec::new();
+    for (k, offset) in OFFSETS_M.into_iter().enumerate() {
+        if brief && k != 3 {
+            continue;
+        }
+        let terrain = plane_at(&grid, offset);
+        out.push(World { name: format!("plane {offset:.1e} m off"), terrain, least_m });
+        if !brief {
+            let terrain = flat_at(&grid, offset);
+            out.push(World { name: format!("curved plane {offset:.1e} m off"), terrain, least_m });
+        }
+    }
+    let sphere = Base::Ellipsoid { a_m: 6.4e6, b_m: 6.4e6 };
+    let wgs84 = Base::Ellipsoid { a_m: Ellipsoid::WGS84.a, b_m: Ellipsoid::WGS84.b };
+    if !brief {
+        let terrain = Terrain::on(&grid, sphere, Prefilter::Subsample)?;
+        out.push(World { name: "sphere of 6.4e6 m".into(), terrain, least_m });
+    }
+    let terrain = Terrain::on(&in_degrees(&grid), wgs84, Prefilter::Subsample)?;
+    out.push(World { name: "WGS84, regional".into(), terrain, least_m });
+    if !brief {
+        let planet = Planet { size: 513, ..Planet::default() }.to_grid()?;
+        let terrain = Terrain::globe(vec![planet], Ellipsoid::WGS84)?;
+        out.push(World { name: "WGS84, whole planet".into(), terrain, least_m: 50.0 });
+    }
+    Ok(out)
+}
+
+/// Cameras in a terrain: one metre (or `least_m`) over a node in the middle, further up beside nodes, near
+/// a corner of the data and high above. `count` of them at most.
+pub(super) fn cameras(terrain: &Terrain, least_m: f64, count: usize) -> Vec<Camera> {
+    let spacing = terrain.spacing_m[0].max(terrain.spacing_m[1]);
+    // Share of the data, metres up, cells beside the node, pitch.
+    let places = [
+        (0.52, least_m, 0.0, -80.0),
+        (0.31, 1.7, 0.37, -12.0),
+        (0.07, 250.0, 0.2, -20.0),
+        (0.61, spacing * 10.0, 0.45, -35.0),
+        (0.44, spacing * 200.0, 0.0, -70.0),
+    ];
+    let stand = |(k, (share, up, beside, pitch)): (usize, (f64, f64, f64, f64))| {
+        let yaw = 40.0 + 70.0 * k as f64;
+        camera_over(terrain, share, up, beside, [yaw, pitch])
+    };
+    places.into_iter().take(count).enumerate().filter_map(stand).collect()
+}
+
+/// A camera `up` metres over the node at a share of the first chart, moved by `beside` cells.
+pub(super) fn camera_over(
+    terrain: &Terrain,
+    share: f64,
+    up: f64,
+    beside: f64,
+    [yaw_deg, pitch_deg]: [f64; 2],
+) -> Option<Camera> {
+    let graph = terrain.graph();
+    let lattice = graph.charts.first()?.lattice;
+    #[expect(clippy::cast_possible_truncation, reason = "a share of an i32")]
+    let base = lattice.last.map(|v| (f64::from(v) * share) as i32);
+    let position = |base: [i32; 2]| {
+        (0..64).find_map(|k| {
+            // The next one that is not void.
+            let base = [(base[0] + k).min(lattice.last[0]), base[1]];
+            true_position(terrain, Node { chart: 0, base }, 0)
+        })
+    };
+    let at = position(base)?;
+    let next = position([base[0] + 1, base[1]]).unwrap_or(at);
+    let axes = match &terrain.curved {
+        None => glam::DMat3::IDENTITY,
+        Some(curved) => {
+            let (_, normal) = curved.surface.base(0, base.map(f64::from));
+            let north = (DVec3::Z - normal * normal.z).try_normalize().unwrap_or(DVec3::Y);
+            glam::DMat3::from_cols(north.cross(normal), north, normal)
+        }
+    };
+    let eye_m = at.lerp(next, beside) + axes.z_axis * up;
+    Some(Camera { eye_m, yaw_deg, pitch_deg, axes, ..Camera::default() })
+}
