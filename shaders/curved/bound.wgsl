@@ -1,5 +1,5 @@
-// Bounds of a block on a curved surface: the box around its positions, in the level's units from the anchor
-// of its first node's block; lo > hi when all of them are void.
+// Bounds of a block on a curved surface: the box around its positions, in BOX_UNITS of the level's units
+// from the anchor of its first node's block, rounded outwards; lo > hi when all of them are void.
 
 @group(0) @binding(3) var<storage, read> samples: array<vec4<i32>>;
 @group(0) @binding(4) var<storage, read_write> block_bounds: array<vec4<i32>>;
@@ -14,9 +14,12 @@ fn bound_block(level: u32, block: vec2<i32>, lo: vec2<i32>, hi: vec2<i32>) {
             let sample = samples[sample_address(level, node)].xyz;
             if sample.x != VOID_POSITION {
                 let record = block_of(level, node).record;
-                let apart = ((records[record].xyz - records[home].xyz) << vec3<u32>(LOW_BITS)) + records[record + 1u].xyz - records[home + 1u].xyz;
-                low = min(low, sample + apart);
-                high = max(high, sample + apart);
+                // Blocks lie further apart than units reach, but not further than these.
+                let far = (records[record].xyz - records[home].xyz) << vec3<u32>(LOW_BITS - BOX_BITS);
+                let near = (records[record + 1u].xyz - records[home + 1u].xyz) >> vec3<u32>(BOX_BITS);
+                let at = far + near + (sample >> vec3<u32>(BOX_BITS));
+                low = min(low, at);
+                high = max(high, at + vec3<i32>(2i));
             }
         }
     }

@@ -25,8 +25,8 @@ fn box_over(level: u32, rect_lo: vec2<i32>, rect_hi: vec2<i32>) -> Box {
             let high = block_bounds[address + 1u].xyz;
             if low.x <= high.x {
                 let record = block_of(level, max(block * PATCH_CELLS, area.lo)).record;
-                box.lo = min(box.lo, placed(level, record, low));
-                box.hi = max(box.hi, placed(level, record, high));
+                box.lo = min(box.lo, placed_box(level, record, low));
+                box.hi = max(box.hi, placed_box(level, record, high));
             }
         }
     }

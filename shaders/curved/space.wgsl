@@ -4,6 +4,7 @@
 
 const VOID_POSITION = -2147483647i - 1i; // first offset of a sample that is void
 const LOW_BITS = 24u;               // of an anchor; its high part counts 2^24 units
+const BOX_BITS = 4u;                // bounds of blocks count 2^4 units
 
 struct CurveLevel {
     hi: vec3<i32>,      // the frame's anchor in units of this level: high part,
@@ -50,11 +51,23 @@ fn block_of(level: u32, node: vec2<i32>) -> Block {
     return Block(place * curve.record_words, local);
 }
 
-// Offset from a block's anchor -> metres from the frame's anchor.
+// Offset from a block's anchor -> metres from the frame's anchor. Split before anything is added: offsets
+// take all bits.
 fn placed(level: u32, record: u32, offset: vec3<i32>) -> vec3<f32> {
+    let mask = vec3<i32>((1i << LOW_BITS) - 1i);
+    return from_parts(level, record, offset >> vec3<u32>(LOW_BITS), offset & mask);
+}
+
+// The same for a corner of a block's bounds, which count coarser units.
+fn placed_box(level: u32, record: u32, corner: vec3<i32>) -> vec3<f32> {
+    let mask = vec3<i32>((1i << (LOW_BITS - BOX_BITS)) - 1i);
+    return from_parts(level, record, corner >> vec3<u32>(LOW_BITS - BOX_BITS), (corner & mask) << vec3<u32>(BOX_BITS));
+}
+
+fn from_parts(level: u32, record: u32, offset_hi: vec3<i32>, offset_lo: vec3<i32>) -> vec3<f32> {
     let at = curve.levels[level];
-    let low = records[record + 1u].xyz - at.lo + offset;
-    let high = records[record].xyz - at.hi + (low >> vec3<u32>(LOW_BITS));
+    let low = records[record + 1u].xyz - at.lo + offset_lo;
+    let high = records[record].xyz - at.hi + offset_hi + (low >> vec3<u32>(LOW_BITS));
     let part = low & vec3<i32>((1i << LOW_BITS) - 1i);
     // Both terms are exact; their sum is rounded once.
     let metres = vec3<f32>(high) * (at.unit_m * 16777216.0) + vec3<f32>(part) * at.unit_m;

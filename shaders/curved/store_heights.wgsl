@@ -23,23 +23,35 @@ fn store_sample(level: u32, node: vec2<i32>, first: u32, k: u32) {
     let half = 1i << (curve.block_shift - 1u);
     let cell = block.local - vec2<i32>(half);
     let s = vec2<f32>(cell) / f32(half);
-    // Terms of the base surface by total degree, to the fourth: 1 u v uu uv vv uuu uuv uvv vvv ...
+    // Terms of the base surface by total degree: 1 u v uu uv vv uuu uuv uvv vvv ... uuuuvvvv
     let u = s.x;
     let v = s.y;
-    var terms = array<f32, 15>(
-        1.0, u, v, u * u, u * v, v * v, u * u * u, u * u * v, u * v * v, v * v * v,
-        u * u * u * u, u * u * u * v, u * u * v * v, u * v * v * v, v * v * v * v,
+    let u2 = u * u;
+    let v2 = v * v;
+    var terms = array<f32, 25>(
+        1.0, u, v, u2, u * v, v2, u2 * u, u2 * v, u * v2, v2 * v,
+        u2 * u2, u2 * u * v, u2 * v2, u * v2 * v, v2 * v2,
+        u2 * u2 * v, u2 * u * v2, u2 * v2 * v, u * v2 * v2,
+        u2 * u2 * v2, u2 * u * v2 * v, u2 * v2 * v2,
+        u2 * u2 * v2 * v, u2 * u * v2 * v2, u2 * u2 * v2 * v2,
     );
     var rest = vec3<f32>(0.0);
-    for (var i = 14i; i >= 0i; i--) {
+    for (var i = 24i; i >= 0i; i--) {
         rest += coefficient(r, u32(i)) * terms[i];
     }
-    var up = vec3<f32>(0.0);
-    for (var i = 5i; i >= 0i; i--) {
-        up += coefficient(r, 15u + u32(i)) * terms[i];
+    var turn = vec3<f32>(0.0);
+    for (var i = 9i; i >= 0i; i--) {
+        turn += coefficient(r, 25u + u32(i)) * terms[i];
     }
-    rest += up * height;
+    // Kilometres along a normal of 24 bits would be off by tenths of a millimetre. Both are cut in two, so
+    // that the great products are exact: 12 bits times 12; what is left of the normal is small.
+    let up = vec3<f32>(vec3<i32>(records[r].w, records[r + 1u].w, records[r + 2u].w)) / 2048.0;
+    let coarse = bitcast<f32>(bitcast<u32>(height) & 0xfffff000u);
+    let per_unit = 1.0 / curve.levels[level].unit_m;
+    let great = up * coarse * per_unit;
+    rest += turn * height + up * (height - coarse);
+    let whole = round(great);
     let linear = records[r + 2u].xyz * cell.x + records[r + 3u].xyz * cell.y;
-    let offset = linear + vec3<i32>(round(rest / curve.levels[level].unit_m));
-    windows[address] = vec4<i32>(offset, i32(shade_of(normalize(up), height)));
+    let offset = linear + vec3<i32>(whole) + vec3<i32>(round((great - whole) + rest * per_unit));
+    windows[address] = vec4<i32>(offset, i32(shade_of(normalize(up + turn), height)));
 }

@@ -171,7 +171,7 @@ impl Renderer {
                 hi: words.map(|w| w.0),
                 lo: words.map(|w| w.1),
                 unit_m: *unit as f32,
-                slack_m: (4.0 * unit + 1e-6 * curve.height_m) as f32,
+                slack_m: (64.0 * unit + 1e-6 * curve.height_m) as f32,
                 rest_m: (said - anchor_m).as_vec3().to_array(),
                 spare: 0.0,
             };

@@ -2,7 +2,7 @@
 //!
 //! A block spans a few cells of one level. Its record holds an anchor in integers, the linear part of
 //! the surface around it in integers, and what is left, which is small, as a polynomial of degree four
-//! in f32; and the surface's normal as one of degree two. shaders/curved/store_heights.wgsl adds them
+//! in each coordinate; and the surface's normal as one of degree three, its coarse part apart. shaders/curved/store_heights.wgsl adds them
 //! up. Fruehstueck 2008, section 6.2, names absolute f32 positions as the limit of her system: they
 //! step by half a metre at the radius of the Earth.
 
@@ -11,8 +11,11 @@ use super::Charted;
 /// Low bits of an anchor: its high part counts `2^24` units, so that both parts are exact in f32.
 pub const LOW_BITS: u32 = 24;
 
+/// Bits of the coarse part of a block's normal.
+pub const UP_BITS: u32 = 11;
+
 /// 16-byte words of a record.
-pub const RECORD_WORDS: usize = 20;
+pub const RECORD_WORDS: usize = 31;
 
 /// 16-byte words of a record that holds an anchor alone.
 pub const ANCHOR_WORDS: usize = 2;
@@ -25,15 +28,16 @@ pub struct Units {
 }
 
 impl Units {
-    /// The finest units in which everything fits: offsets across a block in 31 bits, heights with them,
+    /// The finest units in which everything fits: offsets across a block and heights in 31 bits together,
     /// and anchors within `reach_m` of the world's origin in 55.
     #[must_use]
     pub fn new(levels: u32, cell_m: f64, block_cells: u32, height_m: f64, reach_m: f64) -> Self {
-        let across = 1.5 * f64::from(block_cells.max(32)) * cell_m;
+        // From a corner of a block along both its sides, and one cell more at the data's end.
+        let across = 2.0 * f64::from(block_cells + 1) * cell_m;
         let level_m = (0..levels)
             .map(|level| {
-                let offsets = across * f64::from(1_u32 << level) / f64::from(1 << 29);
-                let heights = height_m / f64::from(1 << 28);
+                let offsets = across * f64::from(1_u32 << level) / f64::from(1 << 30);
+                let heights = height_m / f64::from(1 << 29);
                 // The camera may be far outside as well.
                 let anchors = reach_m / (2.0_f64).powi(50);
                 let least = offsets.max(heights).max(anchors).max(1e-30);
@@ -74,15 +78,16 @@ pub fn words_m((high, low): (i32, i32), unit_m: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct BlockRecord {
-    /// Anchor, high parts; then low parts; then the linear part per cell along u and along v, in units.
+    /// Anchor, high parts; then low parts; then the linear part per cell along u and along v, in units. In
+    /// the fourth places, east to up, then nothing: the normal in the middle, in steps of 2^-[`UP_BITS`].
     pub integers: [[i32; 4]; 4],
-    /// What is left of the surface: coefficients in metres of 1 u v uu uv vv ... vvvv, with u and v from
+    /// What is left of the surface: coefficients in metres of 1 u v uu uv vv ... uuuuvvvv, with u and v from
     /// -1 to 1 across the block.
-    pub surface: [[f32; 3]; 15],
-    /// The normal: coefficients of 1 u v uu uv vv.
-    pub normal: [[f32; 3]; 6],
+    pub surface: [[f32; 3]; 25],
+    /// What is left of the normal: coefficients of 1 u v uu ... vvv.
+    pub normal: [[f32; 3]; 10],
     /// To a whole number of 16-byte words.
-    pub padding: f32,
+    pub padding: [f32; 3],
 }
 
 /// First base coordinate of block `block` of `cells` cells at `level`. The data's last node begins a
@@ -94,8 +99,9 @@ pub fn block_start(last: i32, level: u32, cells: i32, block: i32) -> i32 {
     if nodes >= end { last } else { i32::try_from(nodes << level).unwrap_or(last) }
 }
 
-/// Monomials in the order of a record: exponents of u and v by total degree.
-const TERMS: [[usize; 2]; 15] = [
+/// Monomials in the order of a record: exponents of u and v by total degree. All products are kept: on the
+/// coarsest levels of a globe, whose blocks span 20 degrees, those beyond the fourth degree are kilometres.
+const TERMS: [[usize; 2]; 25] = [
     [0, 0],
     [1, 0],
     [0, 1],
@@ -111,6 +117,16 @@ const TERMS: [[usize; 2]; 15] = [
     [2, 2],
     [1, 3],
     [0, 4],
+    [4, 1],
+    [3, 2],
+    [2, 3],
+    [1, 4],
+    [4, 2],
+    [3, 3],
+    [2, 4],
+    [4, 3],
+    [3, 4],
+    [4, 4],
 ];
 
 /// Monomial coefficients, degree by degree, of the parabola-like quartic through values at -1, -1/2, 0,
@@ -145,8 +161,12 @@ pub fn block_record(
             *value = [p.x, p.y, p.z, n.x, n.y, n.z];
         }
     }
-    let mut record =
-        BlockRecord { integers: [[0; 4]; 4], surface: [[0.0; 3]; 15], normal: [[0.0; 3]; 6], padding: 0.0 };
+    let mut record = BlockRecord {
+        integers: [[0; 4]; 4],
+        surface: [[0.0; 3]; 25],
+        normal: [[0.0; 3]; 10],
+        padding: [0.0; 3],
+    };
     let half = f64::from(cells) / 2.0;
     for axis in 0..3 {
         let anchor = anchor_words(values[2][2][axis], unit_m);
@@ -167,8 +187,18 @@ pub fn block_record(
             record.surface[k][axis] = c as f32;
         }
         let normals = values.map(|row| row.map(|v| v[3 + axis]));
-        for (k, term) in TERMS.iter().take(6).enumerate() {
-            record.normal[k][axis] = coefficient(&normals, *term) as f32;
+        for (k, term) in TERMS.iter().take(10).enumerate() {
+            let mut c = coefficient(&normals, *term);
+            if k == 0 {
+                // Few bits, so that its product with a part of a height is exact in f32.
+                let steps = f64::from(1 << UP_BITS);
+                let whole = (c * steps).round();
+                #[expect(clippy::cast_possible_truncation, reason = "a unit vector's")]
+                let word = whole as i32;
+                record.integers[axis][3] = word;
+                c -= whole / steps;
+            }
+            record.normal[k][axis] = c as f32;
         }
     }
     record
@@ -215,7 +245,8 @@ mod tests {
                 + (f64::from(r.integers[2][a]) * cell[0] + f64::from(r.integers[3][a]) * cell[1]) * unit
                 + at(&r.surface, a)
         });
-        (position, [0, 1, 2].map(|a| at(&r.normal, a)))
+        let coarse = |a: usize| f64::from(r.integers[a][3]) / f64::from(1 << UP_BITS);
+        (position, [0, 1, 2].map(|a| coarse(a) + at(&r.normal, a)))
     }
 
     #[test]
@@ -241,6 +272,6 @@ mod tests {
             }
         }
         println!("worst {worst:e} m, unit {:e} m", units.level_m[0]);
-        assert!(worst <= 1e-3, "{worst}");
+        assert!(worst <= 1e-4, "{worst}");
     }
 }
