@@ -11,7 +11,7 @@ use crate::gpu::{BLOCK_SIDE, GpuCurve, GpuCurveLevel, Ground, block_cells};
 use crate::measure::FrameUpload;
 use crate::reference::Frustum;
 use crate::scene::{Curved, Terrain};
-use crate::surface::{LOW_BITS, Units, anchor_record, anchor_words, block_record, words_m};
+use crate::surface::{Base, LOW_BITS, Units, anchor_record, anchor_words, block_record, words_m};
 
 /// What a renderer keeps of its base surface.
 pub(super) struct CurveState {
@@ -22,6 +22,8 @@ pub(super) struct CurveState {
     /// Greatest height above or below the base surface, metres.
     height_m: f64,
     lowest_m: f64,
+    /// How far the fog should let one see, metres; wherever the data lies in the world.
+    pub(super) span_m: f64,
 }
 
 impl CurveState {
@@ -33,7 +35,11 @@ impl CurveState {
         let units = Units::new(shape.levels(), cell_m, block_cells(shape), height_m, reach_m);
         let charts = terrain.graph().charts.len();
         let places = charts * shape.levels() as usize * (BLOCK_SIDE * BLOCK_SIDE) as usize;
-        Self { curved: curved.clone(), units, held: vec![None; places], height_m, lowest_m: low }
+        let span_m = match curved.base {
+            Base::Sampled | Base::Plane => half_extent(curved),
+            _ => curved.surface.reach_m(),
+        };
+        Self { curved: curved.clone(), units, held: vec![None; places], height_m, lowest_m: low, span_m }
     }
 
     /// The buffers are new: nothing lies there.
@@ -223,6 +229,21 @@ impl Renderer {
         let eye = camera.eye_m * scale;
         (scale, (eye.length_squared() - 1.0).max(0.0), eye)
     }
+}
+
+/// Half the greatest extent of the base surface along any axis, metres.
+fn half_extent(curved: &Curved) -> f64 {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    for (k, chart) in curved.graph.charts.iter().enumerate() {
+        for i in 0..81 {
+            let at = [i % 9, i / 9].map(|v| f64::from(v) / 8.0);
+            let (p, _) = curved.surface.base(k, [0, 1].map(|a| at[a] * f64::from(chart.lattice.last[a])));
+            low = low.min(p);
+            high = high.max(p);
+        }
+    }
+    ((high - low) * 0.5).max_element().max(1e-6)
 }
 
 fn flush(

@@ -217,6 +217,6 @@ impl Renderer {
             let height = curved.surface.foot(camera.eye_m).height_m.max(0.0);
             return 2.5e-6 * (-height / 20e3).exp();
         }
-        0.15 / curved.surface.reach_m()
+        0.15 / self.curve.as_ref().map_or(1.0, |c| c.span_m)
     }
 }
