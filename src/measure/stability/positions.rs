@@ -93,7 +93,7 @@ pub fn judge_vertices(rows: &mut PositionRows, shot: &Shot, terrain: &Terrain) {
 fn check_world(gpu: &Gpu, world: &World, brief: bool) -> Result<Vec<CheckRow>, StabilityError> {
     let mut rows = PositionRows::new(world.name.as_str());
     let mut renderer = renderer_for(gpu, &world.terrain, &Scene { n: 63, ..Scene::default() })?;
-    for camera in cameras(&world.terrain, world.least_m, if brief { 2 } else { 5 }) {
+    for camera in cameras(&world.terrain, world.least_m, if brief { 2 } else { 6 }) {
         let shot = shoot(gpu, &mut renderer, &camera)?;
         judge_vertices(&mut rows, &shot, &world.terrain);
     }

@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use super::StabilityError;
 use crate::camera::Camera;
-use crate::clipmap::Node;
+use crate::clipmap::{Node, Rect};
 use crate::heights::{Degrees, HeightGrid, Planet, Procedural, ProceduralKind};
 use crate::measure::oracle::true_position;
-use crate::pyramid::Prefilter;
+use crate::pyramid::{Prefilter, VOID};
 use crate::scene::{Curved, Terrain};
 use crate::surface::{Base, Ellipsoid};
 
@@ -89,8 +89,8 @@ pub(super) fn worlds(brief: bool) -> Result<Vec<World>, StabilityError> {
     Ok(out)
 }
 
-/// Cameras in a terrain: one metre (or `least_m`) over a node in the middle, further up beside nodes, near
-/// a corner of the data and high above. `count` of them at most.
+/// Cameras in a terrain: one metre (or `least_m`) over and beside the highest node and over one in the middle, further
+/// up beside nodes, near a corner of the data and high above. `count` of them at most.
 pub(super) fn cameras(terrain: &Terrain, least_m: f64, count: usize) -> Vec<Camera> {
     let spacing = terrain.spacing_m[0].max(terrain.spacing_m[1]);
     // Share of the data, metres up, cells beside the node, pitch.
@@ -105,7 +105,28 @@ pub(super) fn cameras(terrain: &Terrain, least_m: f64, count: usize) -> Vec<Came
         let yaw = 40.0 + 70.0 * k as f64;
         camera_over(terrain, share, up, beside, [yaw, pitch])
     };
-    places.into_iter().take(count).enumerate().filter_map(stand).collect()
+    // From the side, so that heights show as well as places.
+    let beside = least_m / spacing;
+    let top = highest(terrain).and_then(|base| camera_at(terrain, base, least_m, beside, [270.0, -45.0]));
+    top.into_iter().chain(places.into_iter().enumerate().filter_map(stand)).take(count).collect()
+}
+
+/// The highest base node of the first chart.
+fn highest(terrain: &Terrain) -> Option<[i32; 2]> {
+    let source = &terrain.source;
+    let last = source.lattice().last;
+    let mut best: Option<(f32, [i32; 2])> = None;
+    let mut row = Vec::new();
+    for y in 0..=last[1] {
+        row.clear();
+        source.read(0, Rect { lo: [0, y], hi: [last[0], y] }, &mut row);
+        for (x, h) in (0..).zip(&row).filter(|(_, h)| **h != VOID) {
+            if best.is_none_or(|(most, _)| *h > most) {
+                best = Some((*h, [x, y]));
+            }
+        }
+    }
+    best.map(|(_, base)| base)
 }
 
 /// A camera `up` metres over the node at a share of the first chart, moved by `beside` cells.
@@ -114,12 +135,22 @@ pub(super) fn camera_over(
     share: f64,
     up: f64,
     beside: f64,
+    turn: [f64; 2],
+) -> Option<Camera> {
+    #[expect(clippy::cast_possible_truncation, reason = "a share of an i32")]
+    let base = terrain.graph().charts.first()?.lattice.last.map(|v| (f64::from(v) * share) as i32);
+    camera_at(terrain, base, up, beside, turn)
+}
+
+/// As [`camera_over`], by the node.
+fn camera_at(
+    terrain: &Terrain,
+    base: [i32; 2],
+    up: f64,
+    beside: f64,
     [yaw_deg, pitch_deg]: [f64; 2],
 ) -> Option<Camera> {
-    let graph = terrain.graph();
-    let lattice = graph.charts.first()?.lattice;
-    #[expect(clippy::cast_possible_truncation, reason = "a share of an i32")]
-    let base = lattice.last.map(|v| (f64::from(v) * share) as i32);
+    let lattice = terrain.graph().charts.first()?.lattice;
     let position = |base: [i32; 2]| {
         (0..64).find_map(|k| {
             // The next one that is not void.
@@ -137,6 +168,9 @@ pub(super) fn camera_over(
             glam::DMat3::from_cols(north.cross(normal), north, normal)
         }
     };
-    let eye_m = at.lerp(next, beside) + axes.z_axis * up;
+    // Along the level, whatever the next node's height.
+    let along = next - at;
+    let along = along - axes.z_axis * along.dot(axes.z_axis);
+    let eye_m = at + along * beside + axes.z_axis * up;
     Some(Camera { eye_m, yaw_deg, pitch_deg, axes, ..Camera::default() })
 }
