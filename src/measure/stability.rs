@@ -63,7 +63,7 @@ pub fn check_stability(
 ) -> Result<Vec<CheckRow>, StabilityError> {
     let mut rows = positions::check_positions(gpu, grid, effort)?;
     rows.extend(motion::check_motion(gpu, effort)?);
-    rows.extend(depth::check_depth(gpu)?);
+    rows.extend(depth::check_depth(gpu, effort)?);
     rows.extend(extremes::check_extremes(gpu, effort)?);
     Ok(rows)
 }

@@ -7,7 +7,7 @@ use super::{StabilityError, draw_into, renderer_for};
 use crate::camera::Camera;
 use crate::gpu::{Gpu, Offscreen};
 use crate::heights::HeightGrid;
-use crate::measure::invariants::CheckRow;
+use crate::measure::invariants::{CheckRow, Effort};
 use crate::measure::oracle::Lens;
 use crate::scene::{ColorMode, Scene, Terrain};
 
@@ -28,17 +28,20 @@ fn sheet(height_m: f64, away_m: f64) -> Result<HeightGrid, StabilityError> {
 }
 
 /// Both pairs: the f32 depths themselves, and two terrains drawn one after the other, in either order.
-pub(super) fn check_depth(gpu: &Gpu) -> Result<Vec<CheckRow>, StabilityError> {
+pub(super) fn check_depth(gpu: &Gpu, effort: Effort) -> Result<Vec<CheckRow>, StabilityError> {
+    let brief = effort == Effort::Brief;
+    let places: &[(bool, f64)] = if brief { &[(true, 1e9)] } else { &[(false, 0.0), (true, 1e9)] };
+    let pitches: &[f64] = if brief { &[-30.0] } else { &[-90.0, -30.0, -8.0] };
     let mut rows = Vec::new();
     for (apart, away) in PAIRS {
         let what = format!("{apart} m apart {:.0} km off", away / 1e3);
         let mut values = CheckRow::new(format!("depth in f32, {what}"), "wrong", 0.0);
         let mut drawn = CheckRow::new(format!("depth drawn in either order, {what}"), "pixels", 0.0);
-        for (curved, offset) in [(false, 0.0), (true, 1e9)] {
+        for &(curved, offset) in places {
             let at = if curved { flat_at } else { plane_at };
             let pair = [sheet(apart, away)?, sheet(0.0, away)?].map(|grid| at(&grid, offset));
             let middle = DVec3::new(offset + 2.0 * away, offset + 2.0 * away, apart);
-            for pitch_deg in [-90.0, -30.0] {
+            for &pitch_deg in pitches {
                 let tilt = f64::to_radians(pitch_deg);
                 let eye_m = middle - DVec3::new(0.0, tilt.cos(), tilt.sin()) * away;
                 let camera = Camera { eye_m, pitch_deg, ..Camera::default() };

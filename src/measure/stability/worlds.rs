@@ -84,7 +84,13 @@ pub(super) fn worlds(brief: bool) -> Result<Vec<World>, StabilityError> {
     if !brief {
         let planet = Planet { size: 513, ..Planet::default() }.to_grid()?;
         let terrain = Terrain::globe(vec![planet], Ellipsoid::WGS84)?;
-        out.push(World { name: "WGS84, whole planet".into(), terrain, least_m: 50.0 });
+        out.push(World { name: "WGS84, whole planet".into(), terrain, least_m: 20.0 });
+        // Kilometres between samples, as global relief has them.
+        grid.spacing_m = [8_276.311_7, 9_276.733_3];
+        let terrain = plane_at(&grid, 1e5);
+        out.push(World { name: "plane, samples 9 km apart".into(), terrain, least_m });
+        let terrain = Terrain::on(&grid, sphere, Prefilter::Subsample)?;
+        out.push(World { name: "sphere, samples 9 km apart".into(), terrain, least_m: 10.0 });
     }
     Ok(out)
 }
