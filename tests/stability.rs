@@ -210,8 +210,9 @@ fn what_is_not_sane_is_caught() {
         let near = case.nearest();
         assert!(faults(&|s| s.mesh.vertices[near].position[1] = f32::INFINITY) > 0);
         assert!(faults(&|s| s.mesh.triangles[0][1] = u32::MAX) > 0);
-        let kept = case.shot.mesh.patches.len() / 2;
-        assert!(faults(&|s| s.mesh.patches.truncate(kept)) > 0, "patches in view were left out");
+        // The first half: those near the camera. Behind a globe's horizon more may be drawn than need be.
+        let half = case.shot.mesh.patches.len() / 2;
+        assert!(faults(&|s| drop(s.mesh.patches.drain(..half))) > 0, "patches in view were left out");
         if case.terrain.curved.is_none() {
             assert!(faults(&|s| s.mesh.vertices[near].position[2] += 1e4) > 0, "out of its patch's bounds");
         }
