@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::worlds::{World, cameras, in_degrees, worlds};
-use super::{MOST_DEG, MOST_M, MOST_PX, Shot, StabilityError, renderer_for, shoot};
+use super::{MOST_DEG, MOST_M, MOST_PX, SIZE_PX, Shot, StabilityError, renderer_for, shoot};
 use crate::gpu::Gpu;
 use crate::heights::HeightGrid;
 use crate::measure::invariants::{CheckRow, Effort};
@@ -81,7 +81,10 @@ pub fn judge_vertices(rows: &mut PositionRows, shot: &Shot, terrain: &Terrain) {
         }
         if let Some(px) = shot.lens.exact(truth).filter(|px| shot.lens.shows(*px)) {
             rows.screen.add(shot.lens.drawn(vertex.position).distance(px));
-            rows.absolute_px = rows.absolute_px.max(shot.lens.drawn_absolute(truth).distance(px));
+            // Where nothing is left of it at all, it may be anywhere in the picture.
+            let absolute = shot.lens.drawn_absolute(truth).distance(px);
+            let most = f64::from(SIZE_PX[0]).hypot(f64::from(SIZE_PX[1]));
+            rows.absolute_px = rows.absolute_px.max(if absolute < most { absolute } else { most });
         }
         if let Some(normal) = true_normal(terrain, &shot.windows, named.node, named.level) {
             let packed = packed_normal(vertex.packed, terrain.curved.is_some());

@@ -67,10 +67,10 @@ pub(super) fn worlds(brief: bool) -> Result<Vec<World>, StabilityError> {
             continue;
         }
         let terrain = plane_at(&grid, offset);
-        out.push(World { name: format!("plane {offset:.1e} m off"), terrain, least_m });
+        out.push(World { name: format!("plane {offset:e} m off"), terrain, least_m });
         if !brief {
             let terrain = flat_at(&grid, offset);
-            out.push(World { name: format!("curved plane {offset:.1e} m off"), terrain, least_m });
+            out.push(World { name: format!("curved plane {offset:e} m off"), terrain, least_m });
         }
     }
     let sphere = Base::Ellipsoid { a_m: 6.4e6, b_m: 6.4e6 };
