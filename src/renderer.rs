@@ -327,9 +327,11 @@ impl Renderer {
         let all = windows;
         let windows: Windows = all.charts[0].clone();
         let lattice = windows.lattice;
-        let half = i32::try_from(self.shape.n() / 2).unwrap_or_default();
-        // A function of the windows alone, so that the mesh is, too.
-        let anchor = [0, 1].map(|a| (windows.origins[0][a] + half).clamp(0, lattice.last[a]));
+        let at = self.terrain.samples_from_world(camera.eye_m);
+        // The sample nearest to the camera: what rounding leaves of other positions is then in proportion
+        // to their distance, however far samples lie apart. A function of the camera, as the height below.
+        #[expect(clippy::cast_possible_truncation, reason = "clamped to the lattice")]
+        let anchor = [0, 1].map(|a| at[a].round().clamp(0.0, f64::from(lattice.last[a])) as i32);
         let range = self.terrain.source.height_range().unwrap_or([0.0, 0.0]);
         #[expect(clippy::cast_possible_truncation, reason = "clamped to the data's own f32 range")]
         let anchor_height_m = {
@@ -341,7 +343,6 @@ impl Renderer {
             self.terrain.origin_m[1] + f64::from(anchor[1]) * self.terrain.spacing_m[1],
             anchor_height_m.into(),
         );
-        let at = self.terrain.samples_from_world(camera.eye_m);
         let clip = self.clip(camera, anchor_m, size_px);
         State {
             windows: all,

@@ -1,5 +1,5 @@
-// Bounds of a block on a curved surface: the box around its positions, in the level's units from the anchor
-// of its first node's block; lo > hi when all of them are void.
+// Bounds of a block on a curved surface: the box around its positions, in 2^BOX_BITS of the level's units
+// from the anchor of its first node's block, rounded outwards; lo > hi when all of them are void.
 
 @group(0) @binding(3) var<storage, read> samples: array<vec4<i32>>;
 @group(0) @binding(4) var<storage, read_write> block_bounds: array<vec4<i32>>;
@@ -14,12 +14,14 @@ fn bound_block(level: u32, block: vec2<i32>, lo: vec2<i32>, hi: vec2<i32>) {
             let sample = samples[sample_address(level, node)].xyz;
             if sample.x != VOID_POSITION {
                 let own = anchor_of(level, node);
-                var offset = sample;
+                var at = sample >> vec3<u32>(BOX_BITS);
                 if own != home {
-                    offset += apart(home, own);
+                    // Blocks may lie further apart than units reach, but not further than these.
+                    let far = (anchors[own].xyz - anchors[home].xyz) << vec3<u32>(LOW_BITS - BOX_BITS);
+                    at += far + ((anchors[own + 1u].xyz - anchors[home + 1u].xyz) >> vec3<u32>(BOX_BITS));
                 }
-                low = min(low, offset);
-                high = max(high, offset);
+                low = min(low, at);
+                high = max(high, at + vec3<i32>(2i));
             }
         }
     }

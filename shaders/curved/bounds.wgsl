@@ -27,8 +27,8 @@ fn box_over(level: u32, rect_lo: vec2<i32>, rect_hi: vec2<i32>) -> Box {
             let high = block_bounds[address + 1u].xyz;
             if low.x <= high.x {
                 let anchor = anchor_of(level, max(block * BOUNDS_CELLS, area.lo));
-                box.lo = min(box.lo, placed(level, anchor, low));
-                box.hi = max(box.hi, placed(level, anchor, high));
+                box.lo = min(box.lo, placed_box(level, anchor, low));
+                box.hi = max(box.hi, placed_box(level, anchor, high));
             }
         }
     }

@@ -6,6 +6,7 @@
 
 const VOID_POSITION = -2147483647i - 1i; // first offset of a sample that is void
 const LOW_BITS = 24u;               // of an anchor; its high part counts 2^24 units
+const BOX_BITS = 4u;                // bounds of blocks count 2^4 units
 
 struct CurveLevel {
     hi: vec3<i32>,      // the frame's anchor in units of this level: high part,
@@ -13,7 +14,7 @@ struct CurveLevel {
     lo: vec3<i32>,      // low part,
     slack_m: f32,       // how far a vertex owned by another chart or level may lie off its bounds
     rest_m: vec3<f32>,  // and what both leave of it
-    spare: f32,
+    terms: u32,         // of the base surface's polynomials that this level's records hold
 }
 
 struct Curve {
@@ -59,11 +60,23 @@ fn apart(from_anchor: u32, to_anchor: u32) -> vec3<i32> {
     return (high << vec3<u32>(LOW_BITS)) + anchors[to_anchor + 1u].xyz - anchors[from_anchor + 1u].xyz;
 }
 
-// Offset from a block's anchor -> metres from the frame's anchor.
+// Offset from a block's anchor -> metres from the frame's anchor. Split before anything is added: offsets
+// take all bits.
 fn placed(level: u32, anchor: u32, offset: vec3<i32>) -> vec3<f32> {
+    let mask = vec3<i32>((1i << LOW_BITS) - 1i);
+    return from_parts(level, anchor, offset >> vec3<u32>(LOW_BITS), offset & mask);
+}
+
+// The same for a corner of a block's bounds, which count coarser units.
+fn placed_box(level: u32, anchor: u32, corner: vec3<i32>) -> vec3<f32> {
+    let mask = vec3<i32>((1i << (LOW_BITS - BOX_BITS)) - 1i);
+    return from_parts(level, anchor, corner >> vec3<u32>(LOW_BITS - BOX_BITS), (corner & mask) << vec3<u32>(BOX_BITS));
+}
+
+fn from_parts(level: u32, anchor: u32, offset_hi: vec3<i32>, offset_lo: vec3<i32>) -> vec3<f32> {
     let at = curve.levels[level];
-    let low = anchors[anchor + 1u].xyz - at.lo + offset;
-    let high = anchors[anchor].xyz - at.hi + (low >> vec3<u32>(LOW_BITS));
+    let low = anchors[anchor + 1u].xyz - at.lo + offset_lo;
+    let high = anchors[anchor].xyz - at.hi + offset_hi + (low >> vec3<u32>(LOW_BITS));
     let part = low & vec3<i32>((1i << LOW_BITS) - 1i);
     // Both terms are exact; their sum is rounded once.
     let metres = vec3<f32>(high) * (at.unit_m * 16777216.0) + vec3<f32>(part) * at.unit_m;

@@ -3,6 +3,7 @@
 use tessclip::gpu::Gpu;
 use tessclip::heights::{HeightGrid, ReadOptions, open_terrain};
 use tessclip::measure::invariants::{CheckRow, Effort, check_gpu, check_twin};
+use tessclip::measure::stability::check_stability;
 use tessclip::{Prefilter, Terrain};
 
 use super::Outcome;
@@ -47,25 +48,44 @@ pub fn rows(gpu: &Gpu, grid: &HeightGrid, effort: Effort) -> anyhow::Result<Vec<
     let small = open_terrain("procedural:mountains?width=203&height=150", &ReadOptions::default())?;
     let mut rows = check_twin(&Terrain::new(&small, Prefilter::Subsample), effort);
     rows.extend(check_gpu(gpu, grid, effort)?);
+    rows.extend(check_stability(gpu, grid, effort)?);
     Ok(rows)
 }
 
 /// Prints the table.
 pub fn print_rows(rows: &[CheckRow]) -> anyhow::Result<()> {
-    super::print(&format!(
-        "{:<58} {:>6} {:>7} {:>12} {:>8}  verdict",
-        "check", "tried", "failed", "worst", "bound"
-    ))?;
-    for r in rows {
+    let figures: Vec<[String; 5]> = rows
+        .iter()
+        .map(|r| {
+            let worst = format!("{} {}", short(r.worst), r.unit);
+            [r.name.clone(), r.tried.to_string(), r.failed.to_string(), worst, short(r.bound)]
+        })
+        .collect();
+    let heads = ["check", "tried", "failed", "worst", "bound"].map(String::from);
+    let width = |k: usize| figures.iter().chain([&heads]).map(|f| f[k].chars().count()).max().unwrap_or(0);
+    let widths = [0, 1, 2, 3, 4].map(width);
+    let line = |f: &[String; 5], verdict: &str| {
+        let [name, tried, failed, worst, bound] = f;
+        let [w0, w1, w2, w3, w4] = widths;
         super::print(&format!(
-            "{:<58} {:>6} {:>7} {:>12} {:>8}  {}",
-            r.name,
-            r.tried,
-            r.failed,
-            format!("{} {}", r.worst, r.unit),
-            r.bound,
-            if r.pass { "holds" } else { "FAILS" }
-        ))?;
+            "{name:<w0$}  {tried:>w1$}  {failed:>w2$}  {worst:>w3$}  {bound:>w4$}  {verdict}"
+        ))
+    };
+    line(&heads, "verdict")?;
+    for (r, f) in rows.iter().zip(&figures) {
+        line(f, if r.pass { "holds" } else { "FAILS" })?;
     }
     Ok(())
+}
+
+/// A figure in few characters: whole numbers as they are, others to three digits.
+fn short(v: f64) -> String {
+    match v {
+        v if v.fract() == 0.0 && v.abs() < 1e6 => format!("{v}"),
+        v if (1e-3..1e6).contains(&v.abs()) => {
+            let digits = (2 - v.abs().log10().floor() as i32).clamp(0, 5) as usize;
+            format!("{v:.digits$}")
+        }
+        v => format!("{v:.2e}"),
+    }
 }

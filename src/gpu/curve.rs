@@ -16,7 +16,7 @@ pub struct GpuCurveLevel {
     pub lo: [i32; 3],
     pub slack_m: f32,
     pub rest_m: [f32; 3],
-    pub spare: f32,
+    pub terms: u32,
 }
 
 /// Curve uniform (`Curve` in WGSL).

@@ -5,6 +5,8 @@ mod environment;
 mod frames;
 pub mod invariants;
 mod mesh;
+pub mod oracle;
+pub mod stability;
 mod upload;
 mod watertight;
 

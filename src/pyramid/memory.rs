@@ -34,7 +34,9 @@ impl MemoryPyramid {
             }
         }
         let has_voids = samples.contains(&VOID);
-        let range = grid.min_max_mean().map(|(min, max, _)| [min, max]);
+        // Of what is left: a sample that happens to be the mark for voids is one.
+        let valid = samples.iter().filter(|h| **h != VOID).map(|h| [*h; 2]);
+        let range = valid.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         // A low-pass makes fractions; and whole metres are looked for in the values, whatever the type
         // of the source says.
         let step_m = super::whole_metres(&samples).filter(|_| prefilter == Prefilter::Subsample);

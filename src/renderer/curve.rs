@@ -12,18 +12,23 @@ use crate::measure::FrameUpload;
 use crate::reference::Frustum;
 use crate::scene::{Curved, Terrain};
 use crate::surface::{
-    ANCHOR_WORDS, LOW_BITS, RECORD_WORDS, Units, anchor_at, anchor_words, block_record, words_m,
+    ANCHOR_WORDS, Base, LOW_BITS, RECORD_WORDS, SHORT_WORDS, SURFACE_TERMS, Units, anchor_at, anchor_words,
+    block_record, words_m,
 };
 
 /// What a renderer keeps of its base surface.
 pub(super) struct CurveState {
     curved: Arc<Curved>,
     units: Units,
+    /// Levels whose records end before the products beyond the fourth degree.
+    short: Vec<bool>,
     /// Block whose anchor lies in each place of each lane's toroidal table; its record lies with it.
     held: Vec<Option<[i32; 2]>>,
     /// Greatest height above or below the base surface, metres.
     height_m: f64,
     lowest_m: f64,
+    /// How far the fog should let one see, metres; wherever the data lies in the world.
+    pub(super) span_m: f64,
 }
 
 impl CurveState {
@@ -35,7 +40,32 @@ impl CurveState {
         let units = Units::new(shape.levels(), cell_m, block_cells(shape), height_m, reach_m);
         let charts = terrain.graph().charts.len();
         let places = charts * shape.levels() as usize * (ANCHOR_SIDE * ANCHOR_SIDE) as usize;
-        Self { curved: curved.clone(), units, held: vec![None; places], height_m, lowest_m: low }
+        let span_m = match curved.base {
+            Base::Sampled | Base::Plane => half_extent(curved),
+            _ => curved.surface.reach_m(),
+        };
+        let block_m = 0.5 * f64::from(block_cells(shape)) * cell_m;
+        let short = units
+            .level_m
+            .iter()
+            .enumerate()
+            .map(|(level, unit)| {
+                // What the products beyond the fourth degree amount to, against what is seen of it: a level's
+                // cells but for the finest lie thirty of their widths away.
+                let angle = block_m * f64::from(1_u32 << level) / curved.surface.least_radius_m();
+                let left_out = curved.surface.least_radius_m() * angle.powi(5) / 16.0;
+                left_out.is_nan() || left_out <= unit.max(1e-7 * cell_m * f64::from(1_u32 << level))
+            })
+            .collect();
+        Self {
+            curved: curved.clone(),
+            units,
+            short,
+            held: vec![None; places],
+            height_m,
+            lowest_m: low,
+            span_m,
+        }
     }
 
     /// The buffers are new: nothing lies there.
@@ -88,7 +118,9 @@ impl Renderer {
                         let (anchor, record) =
                             block_record(surface, chart, own.lattice.last, level, [x, y], cells, unit);
                         anchors.add(lane, [x, y], &anchor);
-                        records.add(lane, [x, y], bytemuck::cast_slice(std::slice::from_ref(&record)));
+                        let words: &[[i32; 4]] = bytemuck::cast_slice(std::slice::from_ref(&record));
+                        let end = if state.short[level as usize] { SHORT_WORDS } else { RECORD_WORDS };
+                        records.add(lane, [x, y], &words[..end]);
                     }
                 }
             }
@@ -142,16 +174,16 @@ impl Renderer {
         let anchor_m = curve.anchor(camera.eye_m);
         let clip = self.clip(camera, anchor_m, size_px);
         let mut levels = [GpuCurveLevel::default(); crate::clipmap::MAX_LEVELS as usize];
-        for (slot, unit) in levels.iter_mut().zip(&curve.units.level_m) {
+        for (level, (slot, unit)) in levels.iter_mut().zip(&curve.units.level_m).enumerate() {
             let words = anchor_m.to_array().map(|v| anchor_words(v, *unit));
             let said = DVec3::from_array(words.map(|w| words_m(w, *unit)));
             *slot = GpuCurveLevel {
                 hi: words.map(|w| w.0),
                 lo: words.map(|w| w.1),
                 unit_m: *unit as f32,
-                slack_m: (4.0 * unit + 1e-6 * curve.height_m) as f32,
+                slack_m: (64.0 * unit + 1e-6 * curve.height_m) as f32,
                 rest_m: (said - anchor_m).as_vec3().to_array(),
-                spare: 0.0,
+                terms: SURFACE_TERMS[usize::from(curve.short[level])],
             };
         }
         let mut bits = [[0; 4]; 3];
@@ -245,4 +277,19 @@ impl Runs {
             _ => self.done.push((word, entry.to_vec())),
         }
     }
+}
+
+/// Half the greatest extent of the base surface along any axis, metres.
+fn half_extent(curved: &Curved) -> f64 {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    for (k, chart) in curved.graph.charts.iter().enumerate() {
+        for i in 0..81 {
+            let at = [i % 9, i / 9].map(|v| f64::from(v) / 8.0);
+            let (p, _) = curved.surface.base(k, [0, 1].map(|a| at[a] * f64::from(chart.lattice.last[a])));
+            low = low.min(p);
+            high = high.max(p);
+        }
+    }
+    ((high - low) * 0.5).max_element().max(1e-6)
 }

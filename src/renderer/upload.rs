@@ -13,7 +13,7 @@ use crate::quads::slots_per_level;
 
 impl Renderer {
     /// Levels of all charts.
-    fn lanes(&self) -> u32 {
+    pub(super) fn lanes(&self) -> u32 {
         self.shape.levels() * self.plan.variant.charts
     }
 
@@ -241,6 +241,6 @@ impl Renderer {
             let height = curved.surface.foot(camera.eye_m).height_m.max(0.0);
             return 2.5e-6 * (-height / 20e3).exp();
         }
-        0.15 / curved.surface.reach_m()
+        0.15 / self.curve.as_ref().map_or(1.0, |c| c.span_m)
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A block spans a few cells of one level. Its record holds an anchor in integers, the linear part of
 //! the surface around it in integers, and what is left, which is small, as a polynomial of degree four
-//! in f32; and the surface's normal as one of degree three. shaders/curved/store_heights.wgsl adds them
+//! in f32; and the surface's normal as one of degree three, its coarse part apart. shaders/curved/store_heights.wgsl adds them
 //! up. Fruehstueck 2008, section 6.2, names absolute f32 positions as the limit of her system: they
 //! step by half a metre at the radius of the Earth.
 
@@ -12,7 +12,16 @@ use super::Charted;
 pub const LOW_BITS: u32 = 24;
 
 /// 16-byte words of a record.
-pub const RECORD_WORDS: usize = 21;
+pub const RECORD_WORDS: usize = 29;
+
+/// 16-byte words of a record without the products beyond the fourth degree, which lie at its end.
+pub const SHORT_WORDS: usize = 21;
+
+/// Terms of the surface in a whole record, and in a short one.
+pub const SURFACE_TERMS: [u32; 2] = [25, 15];
+
+/// Bits of the coarse part of a block's normal.
+pub const UP_BITS: u32 = 11;
 
 /// 16-byte words of an anchor.
 pub const ANCHOR_WORDS: usize = 2;
@@ -25,17 +34,16 @@ pub struct Units {
 }
 
 impl Units {
-    /// The finest units in which everything fits: offsets across a block in 31 bits, heights with them,
+    /// The finest units in which everything fits: offsets across a block and heights in 31 bits together,
     /// and anchors within `reach_m` of the world's origin in 55.
     #[must_use]
     pub fn new(levels: u32, cell_m: f64, block_cells: u32, height_m: f64, reach_m: f64) -> Self {
-        // From a block's middle to its corner, and as far again as a block of bounds reaches over it; cells
-        // may be oblique.
-        let across = 1.5 * f64::from(block_cells / 2 + 6) * cell_m;
+        // From a corner of a block along both its sides, and one cell more at the data's end.
+        let across = 2.0 * f64::from(block_cells + 1) * cell_m;
         let level_m = (0..levels)
             .map(|level| {
                 let offsets = across * f64::from(1_u32 << level) / f64::from(1 << 30);
-                let heights = height_m / f64::from(1 << 28);
+                let heights = height_m / f64::from(1 << 29);
                 // The camera may be far outside as well.
                 let anchors = reach_m / (2.0_f64).powi(50);
                 let least = offsets.max(heights).max(anchors).max(1e-30);
@@ -76,15 +84,20 @@ pub fn words_m((high, low): (i32, i32), unit_m: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct BlockRecord {
-    /// The linear part per cell along u and along v, in units.
+    /// The linear part per cell along u and along v, in units; in the fourth places the normal's first two
+    /// components in the middle, in steps of 2^-[`UP_BITS`].
     pub linear: [[i32; 4]; 2],
+    /// The third.
+    pub up_z: i32,
     /// What is left of the surface: coefficients in metres of 1 u v uu uv vv ... vvvv, with u and v from
     /// -1 to 1 across the block.
     pub surface: [[f32; 3]; 15],
-    /// The normal: coefficients of 1 u v uu uv vv uuu uuv uvv vvv.
+    /// What is left of the normal: coefficients of 1 u v uu uv vv uuu uuv uvv vvv.
     pub normal: [[f32; 3]; 10],
+    /// The products of u and v up to their fourth powers beyond the fourth degree together.
+    pub beyond: [[f32; 3]; 10],
     /// To a whole number of 16-byte words.
-    pub padding: f32,
+    pub padding: [f32; 2],
 }
 
 /// First base coordinate of block `block` of `cells` cells at `level`. The data's last node begins a
@@ -97,7 +110,7 @@ pub fn block_start(last: i32, level: u32, cells: i32, block: i32) -> i32 {
 }
 
 /// Monomials in the order of a record: exponents of u and v by total degree.
-const TERMS: [[usize; 2]; 15] = [
+const TERMS: [[usize; 2]; 25] = [
     [0, 0],
     [1, 0],
     [0, 1],
@@ -113,6 +126,16 @@ const TERMS: [[usize; 2]; 15] = [
     [2, 2],
     [1, 3],
     [0, 4],
+    [4, 1],
+    [3, 2],
+    [2, 3],
+    [1, 4],
+    [4, 2],
+    [3, 3],
+    [2, 4],
+    [4, 3],
+    [3, 4],
+    [4, 4],
 ];
 
 /// Monomial coefficients, degree by degree, of the parabola-like quartic through values at -1, -1/2, 0,
@@ -147,8 +170,7 @@ pub fn block_record(
             *value = [p.x, p.y, p.z, n.x, n.y, n.z];
         }
     }
-    let mut record =
-        BlockRecord { linear: [[0; 4]; 2], surface: [[0.0; 3]; 15], normal: [[0.0; 3]; 10], padding: 0.0 };
+    let mut record = <BlockRecord as bytemuck::Zeroable>::zeroed();
     let mut anchors = [[0; 4]; ANCHOR_WORDS];
     let half = f64::from(cells) / 2.0;
     for axis in 0..3 {
@@ -167,11 +189,24 @@ pub fn block_record(
                 record.linear[k - 1][axis] = whole;
                 c -= f64::from(whole) * half * unit_m;
             }
-            record.surface[k][axis] = c as f32;
+            if k < 15 { record.surface[k][axis] = c as f32 } else { record.beyond[k - 15][axis] = c as f32 }
         }
         let normals = values.map(|row| row.map(|v| v[3 + axis]));
         for (k, term) in TERMS.iter().take(10).enumerate() {
-            record.normal[k][axis] = coefficient(&normals, *term) as f32;
+            let mut c = coefficient(&normals, *term);
+            if k == 0 {
+                // Few bits, so that its product with a part of a height is exact in f32.
+                let steps = f64::from(1 << UP_BITS);
+                let whole = (c * steps).round();
+                #[expect(clippy::cast_possible_truncation, reason = "a unit vector's")]
+                let word = whole as i32;
+                match axis {
+                    2 => record.up_z = word,
+                    _ => record.linear[axis][3] = word,
+                }
+                c -= whole / steps;
+            }
+            record.normal[k][axis] = c as f32;
         }
     }
     (anchors, record)
@@ -224,7 +259,8 @@ mod tests {
                 + (f64::from(r.linear[0][a]) * cell[0] + f64::from(r.linear[1][a]) * cell[1]) * unit
                 + at(&r.surface, a)
         });
-        (position, [0, 1, 2].map(|a| at(&r.normal, a)))
+        let coarse = [r.linear[0][3], r.linear[1][3], r.up_z].map(|v| f64::from(v) / f64::from(1 << UP_BITS));
+        (position, [0, 1, 2].map(|a| coarse[a] + at(&r.normal, a)))
     }
 
     #[test]
@@ -262,6 +298,6 @@ mod tests {
             }
         }
         println!("worst {worst:e} m, unit {:e} m", units.level_m[0]);
-        assert!(worst <= 5e-4, "{worst}");
+        assert!(worst <= 4e-4, "{worst}");
     }
 }

@@ -23,8 +23,8 @@ use glam::DVec3;
 
 pub use base::{Base, BaseError};
 pub use blocks::{
-    ANCHOR_WORDS, BlockRecord, LOW_BITS, RECORD_WORDS, Units, anchor_at, anchor_words, block_record,
-    block_start, words_m,
+    ANCHOR_WORDS, BlockRecord, LOW_BITS, RECORD_WORDS, SHORT_WORDS, SURFACE_TERMS, UP_BITS, Units, anchor_at,
+    anchor_words, block_record, block_start, words_m,
 };
 pub use charted::{Charted, CubeSphere, Foot, GridCharts, PointChart};
 pub use cube::Face;
