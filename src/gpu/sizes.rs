@@ -84,13 +84,15 @@ impl Extent {
         }
     }
 
-    /// Blocks a side of a lane's toroidal table of records: 16 in a window, and both ragged ends. Positions
-    /// need none.
+    /// Blocks a side of a lane's toroidal table of records; positions need none.
     #[must_use]
     pub(crate) fn record_side(self) -> u32 {
-        if self.ground == Ground::Curved { 19 } else { 0 }
+        if self.ground == Ground::Curved { RECORD_SIDE } else { 0 }
     }
 }
+
+/// Blocks a side of a lane's toroidal table of records: 16 in a window, and both ragged ends.
+pub(crate) const RECORD_SIDE: u32 = 19;
 
 /// Blocks a side of a lane's toroidal table of anchors: enough for the window's, and a power of two, because
 /// every vertex looks its anchor up.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::{Renderer, State};
 use crate::camera::Camera;
 use crate::clipmap::{ChartWindows, ClipmapShape, Strip};
-use crate::gpu::{ANCHOR_SIDE, GpuCurve, GpuCurveLevel, Ground, block_cells};
+use crate::gpu::{ANCHOR_SIDE, GpuCurve, GpuCurveLevel, Ground, RECORD_SIDE, block_cells};
 use crate::measure::FrameUpload;
 use crate::reference::Frustum;
 use crate::scene::{Curved, Terrain};
@@ -22,8 +22,10 @@ pub(super) struct CurveState {
     units: Units,
     /// Levels whose records end before the products beyond the fourth degree.
     short: Vec<bool>,
-    /// Block whose anchor lies in each place of each lane's toroidal table; its record lies with it.
-    held: Vec<Option<[i32; 2]>>,
+    /// Block whose anchor lies in each place of each lane's toroidal table,
+    anchored: Vec<Option<[i32; 2]>>,
+    /// and whose record in each place of that table, which is smaller.
+    recorded: Vec<Option<[i32; 2]>>,
     /// Greatest height above or below the base surface, metres.
     height_m: f64,
     lowest_m: f64,
@@ -39,7 +41,9 @@ impl CurveState {
         let cell_m = curved.surface.cell_m();
         let units = Units::new(shape.levels(), cell_m, block_cells(shape), height_m, reach_m);
         let charts = terrain.graph().charts.len();
-        let places = charts * shape.levels() as usize * (ANCHOR_SIDE * ANCHOR_SIDE) as usize;
+        let lanes = charts * shape.levels() as usize;
+        let places = |side: u32| vec![None; lanes * (side * side) as usize];
+        let record_side = if curved.points.is_some() { 0 } else { RECORD_SIDE };
         let span_m = match curved.base {
             Base::Sampled | Base::Plane => half_extent(curved),
             _ => curved.surface.reach_m(),
@@ -61,7 +65,8 @@ impl CurveState {
             curved: curved.clone(),
             units,
             short,
-            held: vec![None; places],
+            anchored: places(ANCHOR_SIDE),
+            recorded: places(record_side),
             height_m,
             lowest_m: low,
             span_m,
@@ -70,7 +75,8 @@ impl CurveState {
 
     /// The buffers are new: nothing lies there.
     pub(super) fn forget(&mut self) {
-        self.held.fill(None);
+        self.anchored.fill(None);
+        self.recorded.fill(None);
     }
 
     /// Where the frame's positions are relative to: the eye on a grid of about 2^20 units, within what
@@ -104,11 +110,16 @@ impl Renderer {
                     [area.lo, area.hi].map(|node| [0, 1].map(|a| block_at(node[a], last[a], cells)));
                 for y in lo[1]..=hi[1] {
                     for x in lo[0]..=hi[0] {
-                        let held = &mut state.held[anchors.place(lane, [x, y])];
-                        if *held == Some([x, y]) {
+                        let anchor_held = &mut state.anchored[anchors.place(lane, [x, y])];
+                        let record_held = state.recorded.get_mut(records.place(lane, [x, y]));
+                        let has_record = record_held.as_ref().is_none_or(|held| **held == Some([x, y]));
+                        if *anchor_held == Some([x, y]) && has_record {
                             continue;
                         }
-                        *held = Some([x, y]);
+                        *anchor_held = Some([x, y]);
+                        if let Some(held) = record_held {
+                            *held = Some([x, y]);
+                        }
                         if state.curved.points.is_some() {
                             let anchor = point_anchor(&state.curved, level, [x, y], cells);
                             anchors.add(lane, [x, y], &anchor_at(anchor, unit));
