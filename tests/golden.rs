@@ -11,7 +11,9 @@ mod common;
 use std::path::Path;
 
 use tessclip::gpu::Offscreen;
+use tessclip::heights::PositionGrid;
 use tessclip::measure::invariants::draw;
+use tessclip::surface::Ellipsoid;
 use tessclip::{Camera, ColorMode, Prefilter, Renderer, Scene, Terrain};
 
 const SIZE: [u32; 2] = [192, 108];
@@ -43,21 +45,55 @@ fn compare(name: &str, got: &[u8]) {
 }
 
 fn render(scene: &Scene) -> Vec<u8> {
-    let gpu = common::gpu();
     let terrain =
         Terrain::new(&common::terrain("procedural:mountains?seed=3&size=257"), Prefilter::Subsample);
-    let mut renderer =
-        Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, scene).expect("drawable");
-    let target = Offscreen::new(&gpu.device, SIZE).expect("small");
     let eye_m = glam::DVec3::new(3_900.0, -500.0, 4_500.0);
-    draw(
-        &gpu,
-        &mut renderer,
-        &target,
-        &Camera { eye_m, yaw_deg: 0.0, pitch_deg: -35.0, fov_deg: 60.0, ..Camera::default() },
-    )
-    .expect("drawn");
+    picture(&terrain, scene, &Camera { eye_m, pitch_deg: -35.0, ..Camera::default() })
+}
+
+fn picture(terrain: &Terrain, scene: &Scene, camera: &Camera) -> Vec<u8> {
+    let gpu = common::gpu();
+    let mut renderer =
+        Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, terrain, scene).expect("drawable");
+    let target = Offscreen::new(&gpu.device, SIZE).expect("small");
+    draw(&gpu, &mut renderer, &target, camera).expect("drawn");
     target.read_rgba(&gpu.device, &gpu.queue).expect("read")
+}
+
+#[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
+fn the_earth_looks_as_it_did_from_four_distances() {
+    let Some(file) = common::data("etopo/etopo5_int16.tif") else { return };
+    let terrain = Terrain::globe(vec![common::terrain(&file)], Ellipsoid::WGS84).expect("a globe");
+    let poses = [
+        ("earth-20000-km", [10.0, 30.0, 2e7, 0.0, -90.0]),
+        ("earth-1200-km", [8.0, 44.0, 1.2e6, 10.0, -50.0]),
+        ("earth-40-km", [86.0, 26.5, 4e4, 10.0, -12.0]),
+        ("earth-100-m", [86.9, 28.0, 6_200.0, 20.0, -1.0]),
+    ];
+    for (name, pose) in poses {
+        compare(name, &picture(&terrain, &Scene::default(), &terrain.camera(pose, 60.0)));
+    }
+}
+
+#[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
+fn other_bases_look_as_they_did() {
+    let grid = common::terrain("procedural:mountains?size=257");
+    let on = |base: &str| {
+        Terrain::on(&grid, base.parse().expect("a base"), Prefilter::Subsample).expect("it fits")
+    };
+    let planet = Terrain::globe(vec![common::terrain("procedural:planet?size=257")], Ellipsoid::WGS84);
+    let overhang = PositionGrid::parse("overhang?size=257").expect("known");
+    for (name, terrain) in [
+        ("planet", planet.expect("a globe")),
+        ("torus", on("torus:5000,1700")),
+        ("cylinder-inside", on("cylinder:9000,inside")),
+        ("overhang", Terrain::sampled(overhang)),
+    ] {
+        let scene = Scene { n: 63, ..Scene::default() };
+        compare(name, &picture(&terrain, &scene, &terrain.overview(60.0)));
+    }
 }
 
 #[test]
