@@ -36,9 +36,13 @@ fn case(gpu: &Gpu, terrain: Terrain, camera: Camera) -> Case {
 }
 
 fn plane(gpu: &Gpu) -> Case {
+    plane_at(gpu, 1e9)
+}
+
+fn plane_at(gpu: &Gpu, offset: f64) -> Case {
     let mut terrain = Terrain::new(&common::terrain("procedural:mountains?size=129"), Prefilter::Subsample);
-    terrain.origin_m = [1e9; 2];
-    let [x, y] = [1e9 + 1_900.0, 1e9 + 1_700.0];
+    terrain.origin_m = [offset; 2];
+    let [x, y] = [offset + 1_900.0, offset + 1_700.0];
     let ground = f64::from(terrain.ground_height_m(x, y).expect("ground"));
     let eye_m = DVec3::new(x, y, ground + 30.0);
     let camera = Camera { eye_m, yaw_deg: 20.0, pitch_deg: -30.0, ..Camera::default() };
@@ -110,13 +114,13 @@ fn a_vertex_off_by_two_millimetres_is_caught_by_metre_and_by_pixel() {
 #[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn absolute_positions_are_told_from_ours() {
     let gpu = common::gpu();
-    let case = plane(&gpu);
+    let case = plane_at(&gpu, 1e5);
     let versus = case.rows(|_| ()).remove(3);
-    assert!(versus.pass && versus.bound > 100.0 * versus.worst, "{versus:?}");
-    // As if the scheme had been given up: positions of whole metres.
+    assert!(versus.pass && versus.bound > 10.0 * versus.worst, "{versus:?}");
+    // Far worse than f32 steps at 100 km.
     let coarse = |s: &mut Shot| {
         for v in &mut s.mesh.vertices {
-            v.position = v.position.map(|p| (p / 256.0).round() * 256.0);
+            v.position = v.position.map(|p| (p / 16.0).round() * 16.0);
         }
     };
     assert!(!case.rows(coarse)[3].pass);
