@@ -42,11 +42,11 @@ impl Units {
         let across = 2.0 * f64::from(block_cells + 1) * cell_m;
         let level_m = (0..levels)
             .map(|level| {
-                let offsets = across * f64::from(1_u32 << level) / f64::from(1 << 30);
-                let heights = height_m / f64::from(1 << 29);
+                // One after the other in the worst case; a twentieth is kept for what polynomials overshoot.
+                let offsets = (across * f64::from(1_u32 << level) + height_m) * 1.05 / f64::from(1_u32 << 31);
                 // The camera may be far outside as well.
                 let anchors = reach_m / (2.0_f64).powi(50);
-                let least = offsets.max(heights).max(anchors).max(1e-30);
+                let least = offsets.max(anchors).max(1e-30);
                 2.0_f64.powi(exponent_above(least))
             })
             .collect();
