@@ -8,6 +8,9 @@ use tessclip::clipmap::{ChartGraph, ChartWindows, Node, Side, thirds};
 use tessclip::quads::{OuterSpan, Patch, chart_patches};
 use tessclip::reference::cell_triangles;
 
+/// Chart and base index of a node's canonical name.
+type Name = (usize, [i32; 2]);
+
 /// Base nodes of a patch's vertices in the order of its expansion.
 fn nodes(windows: &ChartWindows, patch: &Patch) -> Vec<Node> {
     let lattice = windows.charts[patch.chart as usize].lattice;
@@ -34,7 +37,7 @@ fn faults(windows: &ChartWindows) -> (usize, i64) {
 }
 
 fn faults_of(windows: &ChartWindows, patches: &[Patch]) -> (usize, i64) {
-    let mut edges: HashMap<((usize, [i32; 2]), (usize, [i32; 2])), (u32, u32)> = HashMap::new();
+    let mut edges: HashMap<(Name, Name), (u32, u32)> = HashMap::new();
     let mut faces = 0;
     let mut vertices = std::collections::HashSet::new();
     for patch in patches {

@@ -40,18 +40,18 @@ fn coarse_point(level: u32, node: vec2<i32>) -> Point {
     return Point((a.at + b.at) * 0.5, a.shade, a.valid && b.valid);
 }
 
-// A neighbour's offset as seen from an anchor; that of the centre where it is void. Anchors are read only
+// Half a neighbour's offset as seen from an anchor; that of the centre where it is void. Anchors are read only
 // where the neighbour lies on another block.
 fn seen_from(anchor: u32, level: u32, node: vec2<i32>, centre: vec3<i32>) -> vec3<i32> {
     let offset = samples[sample_address(level, node)].xyz;
     if offset.x == VOID_POSITION {
-        return centre;
+        return centre >> vec3<u32>(1u);
     }
     let own = anchor_of(level, node);
     if own == anchor {
-        return offset;
+        return offset >> vec3<u32>(1u);
     }
-    return offset + apart(anchor, own);
+    return (offset + apart(anchor, own)) >> vec3<u32>(1u);
 }
 
 // From central differences of positions, one-sided at the window's border; the base's own direction where
@@ -61,9 +61,10 @@ fn normal_at(level: u32, node: vec2<i32>, centre: vec4<i32>, anchor: u32) -> vec
     let lo = max(node - vec2<i32>(1i), area.lo);
     let hi = min(node + vec2<i32>(1i), area.hi);
     let own = centre.xyz;
+    // Halved first: offsets take all bits, and their difference one more.
     let u = vec3<f32>(seen_from(anchor, level, vec2<i32>(hi.x, node.y), own) - seen_from(anchor, level, vec2<i32>(lo.x, node.y), own));
     let v = vec3<f32>(seen_from(anchor, level, vec2<i32>(node.x, hi.y), own) - seen_from(anchor, level, vec2<i32>(node.x, lo.y), own));
-    // Units, at most 2^31: scaled before squares could overflow.
+    // At most 2^31: scaled before squares could overflow.
     let n = cross(u * 1e-6, v * 1e-6) * select(1.0, -1.0, is_mirrored());
     let length = sqrt(dot(n, n));
     return select(up_of(u32(centre.w)), n / max(length, 1e-30), length > 1e-12);
