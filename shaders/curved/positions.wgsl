@@ -44,7 +44,7 @@ fn coarse_point(level: u32, node: vec2<i32>) -> Point {
 // where the neighbour lies on another block.
 fn seen_from(anchor: u32, level: u32, node: vec2<i32>, centre: vec3<i32>) -> vec3<i32> {
     let offset = samples[sample_address(level, node)].xyz;
-    if offset.x == VOID_POSITION {
+    if HAS_VOIDS && offset.x == VOID_POSITION {
         return centre >> vec3<u32>(1u);
     }
     let own = anchor_of(level, node);
@@ -93,7 +93,10 @@ fn put_vertex(at: u32, owner: u32, base: vec2<i32>, tag: u32) {
             position = select(own.at, clamp(between, min(own.at, coarse.at), max(own.at, coarse.at)), coarse.valid);
         }
     }
-    let q = vec2<u32>(round((octahedral(normal_at(owner, node, sample, anchor)) * 0.5 + 0.5) * 4094.0));
+    let normal = normal_at(owner, node, sample, anchor);
+    let q = vec2<u32>(round((octahedral(normal) * 0.5 + 0.5) * 4094.0));
     vertices[at] = Vertex(position.x, position.y, position.z, tag | q.x | (q.y << 12u));
-    shades[at] = own.shade;
+    // For the colours: cosine of the slope in 16 bits, height in 12.
+    let slope = u32(round(clamp(dot(normal, up_of(own.shade)) * 0.5 + 0.5, 0.0, 1.0) * 65535.0));
+    shades[at] = (own.shade & 0xfff00000u) | slope;
 }

@@ -1,4 +1,4 @@
-// What the fragments see of a vertex on a curved surface: the way up comes with it.
+// What the fragments see of a vertex on a curved surface: its slope comes with it.
 
 @group(0) @binding(15) var<storage, read> shades: array<u32>;
 
@@ -18,8 +18,7 @@ fn see(position: vec3<f32>, packed: u32, shade: u32, edge: vec3<f32>) -> Seen {
     out.normal = from_octahedral(vec2<f32>(f32(packed & 0xfffu), f32((packed >> 12u) & 0xfffu)) / 2047.0 - 1.0);
     out.tag = packed;
     out.edge = edge;
-    let up = from_octahedral(vec2<f32>(f32(shade & 1023u), f32((shade >> 10u) & 1023u)) / 511.0 - 1.0);
-    out.relief = vec2<f32>(dot(out.normal, up), f32(shade >> 20u) / 4095.0);
+    out.relief = vec2<f32>(f32(shade & 0xffffu) / 65535.0 * 2.0 - 1.0, f32(shade >> 20u) / 4095.0);
     return out;
 }
 

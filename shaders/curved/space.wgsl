@@ -74,7 +74,7 @@ fn placed_box(level: u32, anchor: u32, corner: vec3<i32>) -> vec3<f32> {
 }
 
 fn from_parts(level: u32, anchor: u32, offset_hi: vec3<i32>, offset_lo: vec3<i32>) -> vec3<f32> {
-    let at = curve.levels[level];
+    let at = units_of(level);
     let low = anchors[anchor + 1u].xyz - at.lo + offset_lo;
     let high = anchors[anchor].xyz - at.hi + offset_hi + (low >> vec3<u32>(LOW_BITS));
     let part = low & vec3<i32>((1i << LOW_BITS) - 1i);

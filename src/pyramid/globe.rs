@@ -129,6 +129,12 @@ impl Globe {
         Ok(Self { layers, range, has_voids, step_m: (integers && fits).then_some(STEP_M) })
     }
 
+    /// Number of grids.
+    #[must_use]
+    pub fn layer_count(&self) -> usize {
+        self.layers.len()
+    }
+
     /// Height in metres at a geodetic surface normal (unit length, world axes: x to longitude 0, z to
     /// the north pole); [`VOID`] where no grid has data, and for a normal that is not finite.
     #[must_use]

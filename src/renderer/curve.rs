@@ -54,11 +54,13 @@ impl CurveState {
             .iter()
             .enumerate()
             .map(|(level, unit)| {
-                // What the products beyond the fourth degree amount to, against what is seen of it: a level's
-                // cells but for the finest lie thirty of their widths away.
+                // What the products beyond the fourth degree amount to. Close by, a fraction of a millimetre
+                // may be left out; of a level that is only seen beyond a finer one's thirty cells, more.
+                let cell = cell_m * f64::from(1_u32 << level);
                 let angle = block_m * f64::from(1_u32 << level) / curved.surface.least_radius_m();
                 let left_out = curved.surface.least_radius_m() * angle.powi(5) / 16.0;
-                left_out.is_nan() || left_out <= unit.max(1e-7 * cell_m * f64::from(1_u32 << level))
+                let always_far = level > 0 && curved.globe.as_ref().is_none_or(|g| g.layer_count() == 1);
+                left_out.is_nan() || left_out <= unit.max(if always_far { 1e-5 * cell } else { 0.0 })
             })
             .collect();
         Self {
