@@ -155,9 +155,13 @@ fn upload(gpu: &Gpu, name: &str, terrain: &Terrain, poses: impl Iterator<Item = 
 fn main() {
     let gpu = Gpu::new().expect("an adapter");
     cost(&gpu);
-    let planet = open_terrain("procedural:planet?size=1025", &ReadOptions::default()).unwrap();
-    let globe = Terrain::globe(vec![planet], tessclip::surface::Ellipsoid::WGS84).unwrap();
-    upload(&gpu, "planet", &globe, (0..200).map(|k| [10.0 + 0.2 * f64::from(k), 20.0, 5e4, 90.0, -20.0]));
+    for size in [1025, 1537] {
+        let recipe = format!("procedural:planet?size={size}");
+        let planet = open_terrain(&recipe, &ReadOptions::default()).unwrap();
+        let globe = Terrain::globe(vec![planet], tessclip::surface::Ellipsoid::WGS84).unwrap();
+        let name = format!("planet of cells of {:.0} km", globe.spacing_m[0] / 1e3);
+        upload(&gpu, &name, &globe, (0..200).map(|k| [10.0 + 0.2 * f64::from(k), 20.0, 5e4, 90.0, -20.0]));
+    }
     let grid = open_terrain("procedural:mountains?size=2049", &ReadOptions::default()).unwrap();
     let mut whole = grid.clone();
     for h in &mut whole.heights_m {

@@ -9,6 +9,7 @@ use tessclip::gpu::Gpu;
 use tessclip::heights::{ReadOptions, open_terrain};
 use tessclip::measure::invariants::Effort;
 use tessclip::report::write_report;
+use tessclip::surface::Ellipsoid;
 use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
 
 use super::Outcome;
@@ -37,6 +38,13 @@ pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
     let size = [1280, 720];
     let mut pictures = Vec::new();
     for (name, scene, camera) in views(&terrain) {
+        let file = format!("{name}.png");
+        let rgba = picture(&gpu, &terrain, &scene, &camera, size)?;
+        write_png(&args.out.join(&file), &rgba, size)?;
+        say(&format!("  {}", args.out.join(&file).display()))?;
+        pictures.push(file);
+    }
+    for (name, scene, terrain, camera) in worlds()? {
         let file = format!("{name}.png");
         let rgba = picture(&gpu, &terrain, &scene, &camera, size)?;
         write_png(&args.out.join(&file), &rgba, size)?;
@@ -107,4 +115,26 @@ fn views(terrain: &Terrain) -> Vec<(&'static str, Scene, Camera)> {
         ),
         ("9-slope", colored(ColorMode::Slope), stand(0.50, 0.15, 2_500.0, 0.0, -18.0)),
     ]
+}
+
+/// Curved base surfaces: a planet from afar and where three of its charts meet, and a torus.
+fn worlds() -> anyhow::Result<Vec<(&'static str, Scene, Terrain, Camera)>> {
+    let read = |recipe: &str| open_terrain(recipe, &ReadOptions::default());
+    let planet = Terrain::globe(vec![read("procedural:planet?seed=4&size=1025")?], Ellipsoid::WGS84)?;
+    let torus = Terrain::on(
+        &read("procedural:mountains?size=513")?,
+        "torus:5000,1700".parse()?,
+        Prefilter::default(),
+    )?;
+    let far = planet.overview(45.0);
+    let low = planet.camera([-12.0, 4.0, 900e3, 15.0, -38.0], 60.0);
+    let corner = planet.camera([45.0, 34.0, 1_500e3, 20.0, -60.0], 60.0);
+    let ring = torus.overview(50.0);
+    let levels = Scene { n: 127, wireframe: true, color: ColorMode::Levels, ..Scene::default() };
+    Ok(vec![
+        ("10-planet", Scene::default(), planet.clone(), far),
+        ("11-planet-low", Scene::default(), planet.clone(), low),
+        ("12-planet-charts", levels, planet, corner),
+        ("13-torus", Scene::default(), torus, ring),
+    ])
 }

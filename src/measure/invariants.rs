@@ -1,12 +1,14 @@
 //! The invariants of the mesh (design: section 2), tried over many cameras on the CPU twin and on what
 //! the GPU made.
 
+mod closed;
 mod scenes;
 
 use std::sync::Arc;
 
 use serde::Serialize;
 
+use self::closed::check_closed_surfaces;
 use self::scenes::{check_silhouette, check_voids};
 use super::{Faults, Mesh, check_mesh};
 use crate::camera::Camera;
@@ -230,6 +232,7 @@ pub fn check_gpu(gpu: &Gpu, grid: &HeightGrid, effort: Effort) -> Result<Vec<Che
         rows.extend([whole_mesh, finer, history, sane, culled, twin]);
     }
     rows.push(check_silhouette(gpu, &terrain, effort)?);
+    rows.extend(check_closed_surfaces(gpu, effort)?);
     if grid.void_count() > 0 {
         rows.push(check_voids(gpu, grid, effort)?);
     }
