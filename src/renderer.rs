@@ -4,7 +4,10 @@
 
 mod curve;
 mod inspect;
+mod place;
 mod upload;
+
+pub use self::place::LEAST_WINDOW;
 
 use std::sync::Arc;
 
@@ -22,10 +25,6 @@ use crate::plan::Plan;
 use crate::pyramid::SampleSource;
 use crate::reference::{Frustum, Placement};
 use crate::scene::{Scene, Terrain};
-
-/// Least width of the finest level's window, in heights of the picture where the ground is nearest. At 60
-/// degrees that is 2.5 times the distance; with n = 255 and 720 pixels a cell then has six.
-pub const LEAST_WINDOW: f64 = 2.165;
 
 /// Why a renderer cannot be made or a frame not prepared.
 #[derive(Debug, thiserror::Error)]
@@ -244,74 +243,6 @@ impl Renderer {
             (size_of::<GpuFrame>() + state.curve.map_or(0, |_| size_of::<GpuCurve>())) as u64;
         self.state = Some(state);
         Ok(upload)
-    }
-
-    fn place(&self, camera: &Camera) -> ChartWindows {
-        let graph = self.terrain.graph();
-        let (home, centre, away) = match &self.terrain.curved {
-            None => {
-                let centre = self.terrain.samples_from_world(camera.eye_m);
-                (0, centre, self.away_from_plane(camera))
-            }
-            Some(curved) => {
-                let (foot, ground) = curved.ground(camera.eye_m);
-                let last = graph.charts[foot.chart].lattice.last;
-                let inside = [0, 1].map(|a| foot.at[a].clamp(0.0, f64::from(last[a])));
-                let ground = f64::from(ground.unwrap_or(0.0)).min(foot.height_m);
-                let (p, up) = curved.surface.base(foot.chart, inside);
-                (foot.chart, foot.at, camera.eye_m.distance(p + up * ground))
-            }
-        };
-        let mut finest = 0;
-        if self.scene.drop_fine_levels {
-            finest = self.finest_for(camera, away);
-        }
-        if let Some(globe) = self.terrain.curved.as_ref().and_then(|c| c.globe.as_ref()) {
-            finest = self.finest_with_data(globe, camera, finest);
-        }
-        ChartWindows::place(&graph, self.shape, home, centre, finest)
-    }
-
-    /// Distance of the camera from the nearest ground, metres.
-    fn away_from_plane(&self, camera: &Camera) -> f64 {
-        let [low, high] = self.terrain.extent_m();
-        let eye = camera.eye_m;
-        let (x, y) = (eye.x.clamp(low[0], high[0]), eye.y.clamp(low[1], high[1]));
-        let ground = self.terrain.ground_height_m(x, y).map_or(0.0, f64::from);
-        eye.distance(DVec3::new(x, y, ground.min(eye.z)))
-    }
-
-    /// Finest level worth drawing: where the ground is nearest, its window must be wider than
-    /// [`LEAST_WINDOW`] heights of the picture, which for a given n bounds the screen size of a cell from
-    /// below (Fruehstueck 2008, section 3.5.4; Asirvatham and Hoppe 2005).
-    fn finest_for(&self, camera: &Camera, away_m: f64) -> u32 {
-        let spacing = self.terrain.spacing_m[0].max(self.terrain.spacing_m[1]);
-        let picture_m = 2.0 * away_m * (camera.fov_deg.to_radians() * 0.5).tan();
-        let window_m = |l: u32| f64::from(self.shape.n() - 1) * spacing * f64::from(1_u32 << l);
-        let mut level = 0;
-        while level + 1 < self.shape.levels() && window_m(level) < LEAST_WINDOW * picture_m {
-            level += 1;
-        }
-        level
-    }
-
-    /// Levels finer than any data their windows would reach are not drawn, nor loaded.
-    fn finest_with_data(&self, globe: &crate::pyramid::Globe, camera: &Camera, finest: u32) -> u32 {
-        let Some(curved) = &self.terrain.curved else { return finest };
-        let foot = curved.surface.foot(camera.eye_m);
-        let (_, normal) = curved.surface.base(foot.chart, foot.at);
-        let cell = std::f64::consts::FRAC_PI_2 / f64::from(globe.size());
-        let mut level = finest;
-        while level + 1 < self.shape.levels() {
-            // A level earns its place where some source is finer than the next coarser one.
-            let coarser = (cell * f64::from(2_u32 << level)).to_degrees();
-            let radius = cell * f64::from(1_u32 << level) * f64::from(self.shape.n()) * 0.75;
-            if globe.finer_than(coarser * 0.999, normal, radius.min(std::f64::consts::PI)) {
-                break;
-            }
-            level += 1;
-        }
-        level
     }
 
     fn state_for(
