@@ -12,7 +12,7 @@ pub struct Camera {
     pub yaw_deg: f64,
     /// Elevation of the view direction in degrees, up from the horizon.
     pub pitch_deg: f64,
-    /// Vertical field of view in degrees, between 0 and 180, both excluded.
+    /// Vertical field of view in degrees, from [`Camera::LEAST_FOV_DEG`] to 180, which is excluded.
     pub fov_deg: f64,
     /// What yaw and pitch are measured in: unit east, north and up in the world's axes, as columns.
     /// [`crate::Terrain::camera`] gives those of the place; the identity on a plane.
@@ -51,7 +51,7 @@ pub enum PoseError {
         value: f64,
     },
     /// Field of view out of range.
-    #[error("field of view {fov_deg} degrees cannot be drawn: give more than 0 and less than 180")]
+    #[error("field of view {fov_deg:e} degrees cannot be drawn: give at least 1e-4 and less than 180")]
     FieldOfView {
         /// What was given.
         fov_deg: f64,
@@ -59,6 +59,8 @@ pub enum PoseError {
 }
 
 impl Camera {
+    /// Narrowest field of view: beyond it f32 planes no longer tell left from right.
+    pub const LEAST_FOV_DEG: f64 = 1e-4;
     /// Largest coordinate (and angle) taken: what f32 products of positions still hold.
     pub const FARTHEST_M: f64 = 1e15;
 
@@ -91,7 +93,7 @@ impl Camera {
         if let Some(far) = all.iter().find(|v| v.abs() > Self::FARTHEST_M) {
             return Err(PoseError::TooFar { value: *far });
         }
-        if !(self.fov_deg > 0.0 && self.fov_deg < 180.0) {
+        if !(self.fov_deg >= Self::LEAST_FOV_DEG && self.fov_deg < 180.0) {
             return Err(PoseError::FieldOfView { fov_deg: self.fov_deg });
         }
         Ok(())

@@ -157,5 +157,29 @@ pub(crate) fn variant(scene: &Scene, terrain: &Terrain) -> Variant {
         fog: scene.fog && scene.color == ColorMode::Shaded,
         wireframe: scene.wireframe,
         color: scene.color,
+        block_cells: block_cells(scene.n, terrain),
     }
+}
+
+/// Most that a block's polynomial may leave out close to the camera, metres.
+const LEFT_OUT_M: f64 = 5e-4;
+
+/// Cells of a block of the base surface: a sixteenth of the window, less where so many cells bend too far for
+/// one polynomial. With the angle of half a block, five points a side leave about `radius angle^5 / 1900` of the
+/// surface, and the cubic of the normal leaves `angle^4 / 24` of the height.
+fn block_cells(n: u32, terrain: &Terrain) -> u32 {
+    let mut cells = ((n + 1) / 16).max(1);
+    let Some(curved) = terrain.curved.as_ref().filter(|c| c.points.is_none()) else { return cells };
+    let (radius_m, cell_angle) = curved.surface.bend();
+    let [low, high] = curved.height_range().unwrap_or([0.0; 2]).map(f64::from);
+    let height_m = low.abs().max(high.abs());
+    let left_out = |cells: u32| {
+        let angle = 0.5 * f64::from(cells) * cell_angle;
+        (radius_m * angle.powi(5) / 1900.0).max(height_m * angle.powi(4) / 24.0)
+    };
+    // Tables of more than 131 blocks a side would take more memory than what they are for.
+    while cells > ((n + 1) / 128).max(2) && left_out(cells) > LEFT_OUT_M {
+        cells /= 2;
+    }
+    cells
 }

@@ -140,7 +140,7 @@ impl Renderer {
         let compute = PASSES.iter().filter(|p| (p.needed)(variant) && !matches!(p.dispatch, Dispatch::Draw));
         let passes = compute.map(|spec| ComputePass::new(device, &buffers, spec, variant)).collect();
         let draw = DrawTerrain::new(device, &buffers, format, variant);
-        let curve = terrain.curved.as_ref().map(|c| curve::CurveState::new(c, shape, terrain));
+        let curve = terrain.curved.as_ref().map(|c| curve::CurveState::new(c, shape, variant.extent()));
         Ok(Self {
             device: device.clone(),
             queue: queue.clone(),
@@ -298,7 +298,7 @@ impl Renderer {
         let aspect = f64::from(size_px[0].max(1)) / f64::from(size_px[1].max(1));
         let spacing = self.terrain.spacing_m[0].min(self.terrain.spacing_m[1]);
         // Reverse depth has precision to spare: the near plane need only be closer than any detail.
-        let near_m = (0.05 * spacing).clamp(1e-4, 1.0);
+        let near_m = (0.05 * spacing).clamp(1e-4, 0.05);
         camera.clip_from_anchor(anchor_m, aspect, near_m)
     }
 

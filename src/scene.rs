@@ -260,6 +260,10 @@ impl Scene {
     /// # Errors
     /// When `n` or `levels` does not suit the data.
     pub fn shape(&self, terrain: &Terrain) -> Result<ClipmapShape, ClipmapError> {
+        // A block of the base surface needs two cells.
+        if terrain.curved.is_some() && self.n < 31 {
+            return Err(ClipmapError::GluedWindowSize { n: self.n });
+        }
         terrain.graph().shape(self.n, self.levels)
     }
 }

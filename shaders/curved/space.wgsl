@@ -26,13 +26,12 @@ struct Curve {
     chart_count: u32,
     block_shift: u32,             // log2 of the cells of a block of the base surface
     record_side: u32,             // blocks a side of a lane's toroidal table of records
-    spare: vec2<u32>,
+    anchor_side: u32,             // the same for anchors, a power of two
+    spare: u32,
 }
 
 @group(0) @binding(12) var<uniform> curve: Curve;
 @group(0) @binding(14) var<storage, read> anchors: array<vec4<i32>>; // high and low parts, block after block
-
-const TABLE = 32; // blocks a side of a lane's toroidal table of anchors
 
 struct Block {
     at: vec2<i32>,
@@ -50,8 +49,9 @@ fn block_of(level: u32, node: vec2<i32>) -> Block {
 
 // Place of a node's anchor.
 fn anchor_of(level: u32, node: vec2<i32>) -> u32 {
-    let at = vec2<u32>(block_of(level, node).at & vec2<i32>(TABLE - 1));
-    return 2u * ((lane_of(level) * u32(TABLE) + at.y) * u32(TABLE) + at.x);
+    let side = curve.anchor_side;
+    let at = vec2<u32>(block_of(level, node).at & vec2<i32>(i32(side) - 1i));
+    return 2u * ((lane_of(level) * side + at.y) * side + at.x);
 }
 
 // Units from one anchor to another; the same level.

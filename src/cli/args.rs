@@ -69,13 +69,20 @@ impl ReadArgs {
     pub fn read(&self, terrain: &str) -> anyhow::Result<HeightGrid> {
         let file = SceneFile::of(terrain)?;
         let read = self.over(&file);
+        let source = file.source.as_deref().unwrap_or(terrain);
+        let recipe = source.strip_prefix("procedural:");
+        if recipe.is_some_and(PositionGrid::is_named)
+            || (recipe.is_none() && is_position_file(Path::new(source)))
+        {
+            bail!("{source}: holds positions, not heights; render, mesh, fly and plan take them");
+        }
         let options = ReadOptions {
             spacing_m: read.spacing,
             z_scale: read.z_scale,
             z_offset: read.z_offset,
             ..ReadOptions::default()
         };
-        Ok(open_terrain(file.source.as_deref().unwrap_or(terrain), &options)?)
+        Ok(open_terrain(source, &options)?)
     }
 
     /// These wishes, and where they say nothing those of a scene file.
@@ -156,7 +163,11 @@ impl TerrainArgs {
         if range.iter().any(|h| f64::from(h.abs()) * factor.abs() > 1e12) {
             bail!("--exaggeration {factor} lifts {}: heights may reach 1e12 m; lower it", self.terrain);
         }
-        Ok(terrain.exaggerated(factor as f32))
+        let terrain = terrain.exaggerated(factor as f32);
+        if let Some(curved) = &terrain.curved {
+            curved.check_relief().with_context(|| self.terrain.clone())?;
+        }
+        Ok(terrain)
     }
 
     fn open_plain(&self) -> anyhow::Result<Terrain> {
@@ -168,6 +179,17 @@ impl TerrainArgs {
             }
             if positions.valid.as_ref().is_some_and(|v| !v.contains(&true)) {
                 bail!("{}: every position is void: there is nothing to draw", self.terrain);
+            }
+            let heights_only = [
+                ("--exaggeration", self.exaggeration.is_some_and(|f| f != 1.0)),
+                ("--nodata fill", self.nodata == Some(Nodata::Fill)),
+                ("--prefilter low-pass", self.prefilter == Some(Filter::LowPass)),
+                ("--spacing", self.read.spacing.is_some()),
+                ("--z-scale", self.read.z_scale.is_some()),
+                ("--z-offset", self.read.z_offset.is_some()),
+            ];
+            if let Some((option, _)) = heights_only.into_iter().find(|(_, given)| *given) {
+                bail!("{}: holds positions, for which {option} has no meaning; leave it out", self.terrain);
             }
             return Ok(Terrain::sampled(positions));
         }
@@ -181,6 +203,9 @@ impl TerrainArgs {
         let Base::Ellipsoid { a_m, b_m } = base else {
             bail!("--over needs data in degrees on an ellipsoid, not base {base}");
         };
+        if self.prefilter() != Prefilter::Subsample {
+            bail!("--over takes every second sample for coarser levels: leave --prefilter out");
+        }
         let mut grids = vec![grid];
         for dem in &self.over {
             grids.push(self.read_grid(dem)?);
@@ -325,6 +350,10 @@ pub fn camera(terrain: &Terrain, pose: Option<&str>, fov_deg: f64) -> anyhow::Re
     let camera = match pose {
         Some(text) => {
             let pose = Camera::parse_pose(text)?;
+            let place = [pose[0], pose[1]];
+            if let Some(wrong) = terrain.curved.as_ref().and_then(|c| c.bad_place(place)) {
+                bail!("camera pose '{text}': {wrong}");
+            }
             terrain.camera(pose, fov_deg)
         }
         None => terrain.overview(fov_deg),

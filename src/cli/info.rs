@@ -45,7 +45,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let mut notes = Vec::new();
     if let Some(d) = grid.georeference.degrees {
         notes.push(format!(
-            "degrees are drawn on a plane with constant metres per degree at the centre latitude: {:.3} east, {:.3} north",
+            "in degrees: drawn on WGS84; with --base plane, {:.3} metres a degree east and {:.3} north, constant",
             d.metres_per_degree[0], d.metres_per_degree[1]
         ));
     }

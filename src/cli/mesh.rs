@@ -45,7 +45,10 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, &scene)?;
     draw_whole(&gpu, &mut renderer, &target, &camera)?;
     let mesh = Mesh::from_gpu(&renderer.read_mesh()?);
-    write_whole(&args.output, &ply(&mesh))?;
+    write_whole(
+        &args.output,
+        &ply(&mesh, matches!(terrain.base(), tessclip::surface::Base::Ellipsoid { .. })),
+    )?;
     super::print(&format!(
         "{}: {} vertices, {} triangles",
         args.output.display(),
@@ -57,12 +60,14 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
 
 /// Binary little-endian PLY: double x, y, z (world metres), uchar level; triangles counter-clockwise
 /// from above.
-fn ply(mesh: &Mesh) -> Vec<u8> {
+fn ply(mesh: &Mesh, globe: bool) -> Vec<u8> {
+    let axes = if globe { "Earth-centred, Earth-fixed" } else { "x east, y north, z up" };
     let mut out = format!(
-        "ply\nformat binary_little_endian 1.0\ncomment tessclip {}: world metres, x east, y north, z up\n\
+        "ply\nformat binary_little_endian 1.0\ncomment tessclip {}: world metres, {}\n\
          element vertex {}\nproperty double x\nproperty double y\nproperty double z\nproperty uchar level\n\
          element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
         env!("CARGO_PKG_VERSION"),
+        axes,
         mesh.vertices.len(),
         mesh.triangles.len()
     )

@@ -60,6 +60,13 @@ impl CameraPath {
         let Some(curved) = &self.curved else {
             return self.keys.windows(2).map(|k| (k[1].x - k[0].x).hypot(k[1].y - k[0].y)).sum();
         };
+        if let [.., _] = &self.carried[..] {
+            // Along the great circles, not through the globe.
+            let steps = 16 * self.keys.len();
+            let eyes: Vec<DVec3> =
+                (0..=steps).map(|k| self.at(k as f64 / steps as f64, 60.0).1.eye_m).collect();
+            return eyes.windows(2).map(|e| e[0].distance(e[1])).sum();
+        }
         let eyes: Vec<DVec3> = self.keys.iter().map(|k| curved.camera(k.pose(), 60.0).eye_m).collect();
         eyes.windows(2).map(|e| e[0].distance(e[1])).sum()
     }
@@ -223,6 +230,9 @@ fn read_csv(file: &str, terrain: &Terrain) -> anyhow::Result<Vec<Key>> {
         }
         if keys.last().is_some_and(|last| key.t <= last.t) {
             bail!("{file}: line {line}: t must grow from line to line");
+        }
+        if let Some(wrong) = terrain.curved.as_ref().and_then(|c| c.bad_place([key.x, key.y])) {
+            bail!("{file}: line {line}: {wrong}");
         }
         if terrain.curved.is_none() {
             [key.x, key.y] = terrain.world_from_native([key.x, key.y]);

@@ -38,6 +38,13 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let scene = args.look.apply(args.shape.scene(&file), &file);
     let shape = scene.shape(&terrain)?;
     let plan = Plan::new(&scene, &terrain, shape, DEFAULT_MOST_BYTES, None);
+    if let Some(large) = plan.buffers.iter().find(|b| b.bytes > DEFAULT_MOST_BYTES) {
+        anyhow::bail!(
+            "{} needs {} bytes, more than the {DEFAULT_MOST_BYTES} every device allows; lower --n",
+            large.name,
+            large.bytes
+        );
+    }
     let planned = Planned {
         terrain: &args.terrain.terrain,
         base: terrain.base().to_string(),

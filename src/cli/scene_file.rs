@@ -87,6 +87,10 @@ impl SceneFile {
             return Ok(Self::default());
         }
         let path = Path::new(terrain);
+        // A pipe would be waited for without end.
+        if path.exists() && !path.is_file() {
+            anyhow::bail!("{terrain}: is not a regular file; name a scene file");
+        }
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("{terrain}: the scene file cannot be read"))?;
         Self::parse(path, &text)

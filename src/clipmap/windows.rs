@@ -26,8 +26,10 @@ pub enum ClipmapError {
         /// The most that the data supports.
         most: u32,
     },
-    /// `n` is too small where charts are glued.
-    #[error("window size n = {n} is too small for this base surface: take the next larger one, 31 or more")]
+    /// `n` is too small for a curved base surface.
+    #[error(
+        "window size n = {n} is too small for this base surface and the detail of its data: take a larger one, 31 to 1023"
+    )]
     GluedWindowSize {
         /// What was asked for.
         n: u32,

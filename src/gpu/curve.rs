@@ -32,7 +32,8 @@ pub struct GpuCurve {
     pub chart_count: u32,
     pub block_shift: u32,
     pub record_side: u32,
-    pub spare: [u32; 2],
+    pub anchor_side: u32,
+    pub spare: u32,
 }
 
 /// One chart (`Chart` in WGSL).

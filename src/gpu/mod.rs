@@ -21,5 +21,5 @@ pub use offscreen::Offscreen;
 pub use passes::Variant;
 pub use readback::{GpuMesh, read_buffer};
 pub use shaders::{Ground, ShaderModuleSource, shader_sources};
-pub(crate) use sizes::{ANCHOR_SIDE, RECORD_SIDE, block_cells, bounds_side};
+pub(crate) use sizes::bounds_side;
 pub use sizes::{BufferSize, Capacity, Extent, buffer_sizes};

@@ -62,11 +62,14 @@ pub struct Extent {
     pub short: bool,
     /// Blocks of samples have bounds.
     pub bounds: bool,
+    /// Cells of a block of the base surface, a power of two.
+    pub block_cells: u32,
 }
 
 impl Extent {
     /// A plane with samples of four bytes.
-    pub const PLANE: Self = Self { ground: Ground::Plane, charts: 1, short: false, bounds: true };
+    pub const PLANE: Self =
+        Self { ground: Ground::Plane, charts: 1, short: false, bounds: true, block_cells: 16 };
 
     /// Bytes of a sample in a window.
     #[must_use]
@@ -84,29 +87,24 @@ impl Extent {
         }
     }
 
-    /// Blocks a side of a lane's toroidal table of records; positions need none.
+    /// Blocks a side of a lane's toroidal table of records: those in a window, and both ragged ends.
+    /// Positions need none.
     #[must_use]
-    pub(crate) fn record_side(self) -> u32 {
-        if self.ground == Ground::Curved { RECORD_SIDE } else { 0 }
+    pub(crate) fn record_side(self, shape: ClipmapShape) -> u32 {
+        if self.ground == Ground::Curved { (shape.n() + 1) / self.block_cells + 3 } else { 0 }
+    }
+
+    /// The same for anchors: a power of two, because every vertex looks its anchor up.
+    #[must_use]
+    pub(crate) fn anchor_side(self, shape: ClipmapShape) -> u32 {
+        ((shape.n() + 1) / self.block_cells + 3).next_power_of_two()
     }
 }
-
-/// Blocks a side of a lane's toroidal table of records: 16 in a window, and both ragged ends.
-pub(crate) const RECORD_SIDE: u32 = 19;
-
-/// Blocks a side of a lane's toroidal table of anchors: enough for the window's, and a power of two, because
-/// every vertex looks its anchor up.
-pub(crate) const ANCHOR_SIDE: u32 = 32;
 
 /// Blocks of bounds a side of a lane: of 16 cells on a plane, of 4 elsewhere, and twice the window's
 /// width, so that both ragged ends fit.
 pub(crate) fn bounds_side(shape: ClipmapShape, ground: Ground) -> u32 {
     2 * (shape.n() + 1) / if ground == Ground::Plane { 16 } else { 4 }
-}
-
-/// Cells of a block of the base surface: a sixteenth of the window.
-pub(crate) fn block_cells(shape: ClipmapShape) -> u32 {
-    (shape.n() + 1) / 16
 }
 
 /// A buffer's name, which is also its name in the shaders, and its size.
@@ -149,12 +147,12 @@ pub fn buffer_sizes(shape: ClipmapShape, extent: Extent, capacity: Capacity) -> 
         sizes.extend([
             ("curve", size_of::<GpuCurve>() as u64),
             ("charts", u64::from(extent.charts) * size_of::<GpuChart>() as u64),
-            ("anchors", lanes * u64::from(ANCHOR_SIDE).pow(2) * ANCHOR_WORDS as u64 * 16),
+            ("anchors", lanes * u64::from(extent.anchor_side(shape)).pow(2) * ANCHOR_WORDS as u64 * 16),
             ("shades", vertices * 4),
         ]);
     }
     if extent.ground == Ground::Curved {
-        let records = u64::from(extent.record_side()).pow(2);
+        let records = u64::from(extent.record_side(shape)).pow(2);
         sizes.push(("records", lanes * records * RECORD_WORDS as u64 * 16));
     }
     sizes.into_iter().map(|(name, bytes)| BufferSize { name, bytes: bytes.max(16) }).collect()

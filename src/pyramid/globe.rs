@@ -129,6 +129,25 @@ impl Globe {
         Ok(Self { layers, range, has_voids, step_m: (integers && fits).then_some(STEP_M) })
     }
 
+    /// Unit normal in the middle of the largest grid and the angle from there to its corners, radians;
+    /// `None` when the grids cover the whole globe.
+    #[must_use]
+    pub fn middle(&self) -> Option<(DVec3, f64)> {
+        let layer = self.layers.iter().max_by(|a, b| a.area_deg2().total_cmp(&b.area_deg2()))?;
+        let [x, y] = layer.size_deg();
+        if !self.has_voids || x >= 300.0 && y >= 120.0 {
+            return None;
+        }
+        let [west, south] = layer.origin;
+        let (lon, lat) = ((west + 0.5 * x).to_radians(), (south + 0.5 * y).to_radians());
+        // Around a pole, the pole is the middle.
+        let lat =
+            if x >= 300.0 && lat.abs() > 0.5 { lat.signum() * std::f64::consts::FRAC_PI_2 } else { lat };
+        let wide = if x >= 300.0 { y } else { x * lat.cos() };
+        let normal = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+        Some((normal, 0.5 * wide.hypot(y).to_radians()))
+    }
+
     /// Number of grids.
     #[must_use]
     pub fn layer_count(&self) -> usize {

@@ -7,10 +7,10 @@ use glam::DVec3;
 use super::{Renderer, State};
 use crate::camera::Camera;
 use crate::clipmap::{ChartWindows, ClipmapShape, Strip};
-use crate::gpu::{ANCHOR_SIDE, GpuCurve, GpuCurveLevel, Ground, RECORD_SIDE, block_cells};
+use crate::gpu::{Extent, GpuCurve, GpuCurveLevel, Ground};
 use crate::measure::FrameUpload;
 use crate::reference::Frustum;
-use crate::scene::{Curved, Terrain};
+use crate::scene::Curved;
 use crate::surface::{
     ANCHOR_WORDS, Base, LOW_BITS, RECORD_WORDS, SHORT_WORDS, SURFACE_TERMS, Units, anchor_at, anchor_words,
     block_record, words_m,
@@ -34,21 +34,20 @@ pub(super) struct CurveState {
 }
 
 impl CurveState {
-    pub(super) fn new(curved: &Arc<Curved>, shape: ClipmapShape, terrain: &Terrain) -> Self {
+    pub(super) fn new(curved: &Arc<Curved>, shape: ClipmapShape, extent: Extent) -> Self {
         let [low, high] = curved.height_range().unwrap_or([0.0, 0.0]).map(f64::from);
         let height_m = if curved.points.is_some() { 0.0 } else { low.abs().max(high.abs()) };
         let reach_m = curved.surface.reach_m() + height_m;
         let cell_m = curved.surface.cell_m();
-        let units = Units::new(shape.levels(), cell_m, block_cells(shape), height_m, reach_m);
-        let charts = terrain.graph().charts.len();
-        let lanes = charts * shape.levels() as usize;
+        let units = Units::new(shape.levels(), cell_m, extent.block_cells, height_m, reach_m);
+        let lanes = curved.graph.charts.len() * shape.levels() as usize;
         let places = |side: u32| vec![None; lanes * (side * side) as usize];
-        let record_side = if curved.points.is_some() { 0 } else { RECORD_SIDE };
         let span_m = match curved.base {
             Base::Sampled | Base::Plane => half_extent(curved),
             _ => curved.surface.reach_m(),
         };
-        let block_m = 0.5 * f64::from(block_cells(shape)) * cell_m;
+        let (radius_m, bend) = curved.surface.bend();
+        let half_block = 0.5 * f64::from(extent.block_cells);
         let short = units
             .level_m
             .iter()
@@ -57,8 +56,8 @@ impl CurveState {
                 // What the products beyond the fourth degree amount to. Close by, a fraction of a millimetre
                 // may be left out; of a level that is only seen beyond a finer one's thirty cells, more.
                 let cell = cell_m * f64::from(1_u32 << level);
-                let angle = block_m * f64::from(1_u32 << level) / curved.surface.least_radius_m();
-                let left_out = curved.surface.least_radius_m() * angle.powi(5) / 16.0;
+                let angle = half_block * bend * f64::from(1_u32 << level);
+                let left_out = radius_m * angle.powi(5) / 16.0;
                 let always_far = level > 0 && curved.globe.as_ref().is_none_or(|g| g.layer_count() == 1);
                 left_out.is_nan() || left_out <= unit.max(if always_far { 1e-5 * cell } else { 0.0 })
             })
@@ -67,8 +66,8 @@ impl CurveState {
             curved: curved.clone(),
             units,
             short,
-            anchored: places(ANCHOR_SIDE),
-            recorded: places(record_side),
+            anchored: places(extent.anchor_side(shape)),
+            recorded: places(extent.record_side(shape)),
             height_m,
             lowest_m: low,
             span_m,
@@ -95,10 +94,11 @@ impl Renderer {
     /// Anchors and records of the blocks under all windows that the GPU does not hold yet.
     pub(super) fn upload_records(&mut self, windows: &ChartWindows, upload: &mut FrameUpload) {
         let (Some(state), Some(buffers)) = (&mut self.curve, &self.buffers.curved) else { return };
-        let cells = i32::try_from(block_cells(self.shape)).unwrap_or(1);
+        let cells = i32::try_from(self.plan.variant.block_cells).unwrap_or(1);
         let levels = self.shape.levels();
-        let mut anchors = Runs::new(ANCHOR_SIDE, ANCHOR_WORDS);
-        let mut records = Runs::new(self.plan.variant.extent().record_side(), RECORD_WORDS);
+        let extent = self.plan.variant.extent();
+        let mut anchors = Runs::new(extent.anchor_side(self.shape), ANCHOR_WORDS);
+        let mut records = Runs::new(extent.record_side(self.shape), RECORD_WORDS);
         for (chart, own) in windows.charts.iter().enumerate() {
             for level in 0..levels {
                 let area = own.held(level);
@@ -151,7 +151,7 @@ impl Renderer {
     pub(super) fn stage_points(&mut self, chart: usize, strip: Strip) {
         let Some(state) = &self.curve else { return };
         let Some(points) = state.curved.points.clone() else { return };
-        let cells = i32::try_from(block_cells(self.shape)).unwrap_or(1);
+        let cells = i32::try_from(self.plan.variant.block_cells).unwrap_or(1);
         let lattice = state.curved.graph.charts[chart].lattice;
         let unit = state.units.level_m[strip.level as usize];
         let last = lattice.last_at(strip.level);
@@ -211,9 +211,10 @@ impl Renderer {
             horizon: horizon as f32,
             horizon_eye: horizon_eye.as_vec3().to_array(),
             chart_count: self.plan.variant.charts,
-            block_shift: block_cells(self.shape).trailing_zeros(),
-            record_side: self.plan.variant.extent().record_side(),
-            spare: [0; 2],
+            block_shift: self.plan.variant.block_cells.trailing_zeros(),
+            record_side: self.plan.variant.extent().record_side(self.shape),
+            anchor_side: self.plan.variant.extent().anchor_side(self.shape),
+            spare: 0,
         };
         State {
             windows,

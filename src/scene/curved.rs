@@ -45,6 +45,28 @@ pub enum BaseFitError {
         /// The base.
         base: Base,
     },
+    /// The ground would reach the middle of the surface, or beyond.
+    #[error(
+        "heights down to {lowest_m:.0} m and up to {highest_m:.0} m are more than base {base} can carry: it bends with a radius of {radius_m:.0} m"
+    )]
+    TooDeep {
+        /// Lowest height.
+        lowest_m: f32,
+        /// Highest height.
+        highest_m: f32,
+        /// Smallest radius of curvature.
+        radius_m: f64,
+        /// The base.
+        base: Base,
+    },
+    /// Data finer than a globe's charts.
+    #[error(
+        "a DEM with {step_deg:e} degrees between samples is finer than a globe's charts can be: draw it alone"
+    )]
+    TooFine {
+        /// Its step.
+        step_deg: f64,
+    },
     /// Positions where heights are needed, or the other way round.
     #[error(
         "base sampled needs positions (a three-band float TIFF, or procedural:overhang or fold), not heights"
@@ -94,8 +116,13 @@ impl Curved {
     /// # Errors
     /// When a grid is not geographic.
     pub fn globe(grids: Vec<HeightGrid>, ellipsoid: Ellipsoid) -> Result<Self, BaseFitError> {
+        let finest =
+            grids.iter().filter_map(|g| g.georeference.degrees).map(|d| d.step[1]).fold(90.0, f64::min);
         let globe = Arc::new(Globe::new(grids, BLEND_CELLS)?);
         let size = globe.size();
+        if finest < 0.99 * 90.0 / f64::from(size) {
+            return Err(BaseFitError::TooFine { step_deg: finest });
+        }
         let cells = i32::try_from(size).unwrap_or(i32::MAX);
         let face =
             |face| -> Arc<dyn SampleSource> { Arc::new(GlobeFace { globe: globe.clone(), face, size }) };
@@ -129,6 +156,9 @@ impl Curved {
             Base::Ellipsoid { a_m, b_m } => match grid.georeference.degrees {
                 Some(d) => {
                     if covers_a_pole(grid) {
+                        if prefilter != Prefilter::Subsample {
+                            return Err(BaseFitError::Prefilter { base });
+                        }
                         return Self::globe(vec![grid.clone()], Ellipsoid { a: a_m, b: b_m });
                     }
                     ([d.west.to_radians(), d.south.to_radians()], d.step.map(f64::to_radians))
@@ -279,7 +309,14 @@ impl Curved {
     /// A camera that sees all of it.
     #[must_use]
     pub fn overview(&self, fov_deg: f64) -> Camera {
-        if let Poses::Geodetic(e) = &self.poses {
+        if let (Poses::Geodetic(e), Some(globe)) = (&self.poses, &self.globe) {
+            if let Some((middle, reach)) = globe.middle() {
+                // Only part of it has data: from the south over the middle of that.
+                let lat = middle.z.atan2(middle.truncate().length()).to_degrees();
+                let lon = middle.y.atan2(middle.x).to_degrees();
+                let away = e.a.max(e.b) * (2.0 * reach).min(1.9);
+                return self.camera([lon, lat, away, 0.0, -90.0], fov_deg);
+            }
             return self.camera([10.0, 30.0, 1.9 * e.a.max(e.b), 0.0, -90.0], fov_deg);
         }
         let mut low = DVec3::INFINITY;
@@ -345,6 +382,35 @@ impl Curved {
         let h = self.sources[chart].sample(level, node);
         let (p, up) = self.surface.base(chart, at);
         (h != VOID).then(|| (p + up * f64::from(h), up))
+    }
+
+    /// Refuses ground so deep or, where heights grow inwards, so high that it would cross itself.
+    ///
+    /// # Errors
+    /// When heights exceed four fifths of the smallest radius of curvature towards its centre.
+    pub fn check_relief(&self) -> Result<(), BaseFitError> {
+        let Some([lowest_m, highest_m]) = self.height_range().filter(|_| self.points.is_none()) else {
+            return Ok(());
+        };
+        let radius_m = self.surface.least_radius_m();
+        let inwards = match self.base {
+            Base::Cylinder { inside: true, .. } => f64::from(highest_m),
+            _ => -f64::from(lowest_m),
+        };
+        if inwards > 0.8 * radius_m {
+            return Err(BaseFitError::TooDeep { lowest_m, highest_m, radius_m, base: self.base });
+        }
+        Ok(())
+    }
+
+    /// What is wrong with a pose's place, when it is no place of this surface.
+    #[must_use]
+    pub fn bad_place(&self, [x, y]: [f64; 2]) -> Option<String> {
+        let Poses::Geodetic(_) = self.poses else { return None };
+        if y.abs() > 90.0 {
+            return Some(format!("latitude {y} is not between -90 and 90 degrees"));
+        }
+        (x.abs() > 540.0).then(|| format!("longitude {x} is not between -540 and 540 degrees"))
     }
 
     /// Lowest and highest sample, metres above the base; `None` when all are void.

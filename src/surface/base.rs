@@ -82,7 +82,7 @@ pub enum BaseError {
         minor_m: f64,
     },
     /// An ellipsoid is too flat or too long.
-    #[error("base ellipsoid: axes of {a_m} m and {b_m} m; give a ratio B / A from 0.1 to 10")]
+    #[error("base ellipsoid: axes of {a_m} m and {b_m} m; give a ratio B / A from 0.5 to 2")]
     Ratio {
         /// Radius of the equator, metres.
         a_m: f64,
@@ -146,7 +146,7 @@ impl FromStr for Base {
             ("ellipsoid", [a, b]) => {
                 let (a_m, b_m) = (metres("ellipsoid", a)?, metres("ellipsoid", b)?);
                 // Multiplied rather than divided, so that the limits themselves are accepted.
-                let fits = b_m >= 0.1 * a_m && b_m <= 10.0 * a_m;
+                let fits = b_m >= 0.5 * a_m && b_m <= 2.0 * a_m;
                 if fits { Ok(Self::Ellipsoid { a_m, b_m }) } else { Err(BaseError::Ratio { a_m, b_m }) }
             }
             ("cylinder", [r]) => Ok(Self::Cylinder { radius_m: metres("cylinder", r)?, inside: false }),
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn names_round_trip() {
-        let texts = "plane wgs84 moon mars sphere:1 sphere:6371000.5 ellipsoid:10,1 ellipsoid:1,10 \
+        let texts = "plane wgs84 moon mars sphere:1 sphere:6371000.5 ellipsoid:2,1 ellipsoid:1,2 \
                      cylinder:0.001 cylinder:250,inside torus:1000000000000,3 sampled";
         for text in texts.split_whitespace() {
             let base: Base = text.parse().unwrap();
@@ -245,14 +245,14 @@ mod tests {
         for text in ["torus:1,1", "torus:1,2"] {
             assert!(matches!(error(text), BaseError::Tube { .. }), "{text}");
         }
-        for text in ["ellipsoid:1,0.09", "ellipsoid:1,10.1"] {
+        for text in ["ellipsoid:1,0.49", "ellipsoid:1,2.1"] {
             assert!(matches!(error(text), BaseError::Ratio { .. }), "{text}");
         }
     }
 
     proptest! {
         #[test]
-        fn any_measures_round_trip(r in 1e-3..1e12_f64, ratio in 0.1..10.0_f64, tube in 0.01..0.99_f64) {
+        fn any_measures_round_trip(r in 1e-3..1e12_f64, ratio in 0.5..2.0_f64, tube in 0.01..0.99_f64) {
             let other = (r * ratio).clamp(1e-3, 1e12);
             let minor_m = (r * tube).max(1e-3);
             let mut bases = vec![

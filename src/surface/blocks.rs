@@ -1,8 +1,8 @@
 //! Blocks: what the GPU gets of an analytic base surface, so that heights alone need to be uploaded.
 //!
 //! A block spans a few cells of one level. Its record holds an anchor in integers, the linear part of
-//! the surface around it in integers, and what is left, which is small, as a polynomial of degree four
-//! in f32; and the surface's normal as one of degree three, its coarse part apart. shaders/curved/store_heights.wgsl adds them
+//! the surface around it in integers, and what is left, which is small, as a polynomial in f32: of degree
+//! four, on coarse levels with all products of fourth powers; and the surface's normal as one of degree three, its coarse part apart. shaders/curved/store_heights.wgsl adds them
 //! up. Fruehstueck 2008, section 6.2, names absolute f32 positions as the limit of her system: they
 //! step by half a metre at the radius of the Earth.
 
@@ -138,7 +138,7 @@ const TERMS: [[usize; 2]; 25] = [
     [4, 4],
 ];
 
-/// Monomial coefficients, degree by degree, of the parabola-like quartic through values at -1, -1/2, 0,
+/// Monomial coefficients, degree by degree, of the quartic through values at -1, -1/2, 0,
 /// 1/2 and 1.
 const QUARTIC: [[f64; 5]; 5] = [
     [0.0, 0.0, 1.0, 0.0, 0.0],

@@ -32,6 +32,12 @@ pub trait Charted: Send + Sync + std::fmt::Debug {
     /// Smallest radius of curvature in metres.
     fn least_radius_m(&self) -> f64;
 
+    /// How fast the surface bends along the lattice: a radius in metres, and the angle of a base cell in
+    /// radians on it. What polynomials over blocks leave out grows with the fifth power of that angle.
+    fn bend(&self) -> (f64, f64) {
+        (self.least_radius_m(), self.cell_m() / self.least_radius_m())
+    }
+
     /// Greatest magnitude of any world coordinate on the base surface, metres.
     fn reach_m(&self) -> f64;
 }
@@ -69,6 +75,13 @@ impl Charted for CubeSphere {
 
     fn least_radius_m(&self) -> f64 {
         self.ellipsoid.least_radius_m()
+    }
+
+    fn bend(&self) -> (f64, f64) {
+        // Cells are equal angles of the normal; positions change faster with it the flatter the body is.
+        let [a, b] = [self.ellipsoid.a, self.ellipsoid.b];
+        let ratio = (a / b).max(b / a);
+        (a.max(b) * ratio, std::f64::consts::FRAC_PI_2 / f64::from(self.size) * ratio)
     }
 
     fn reach_m(&self) -> f64 {

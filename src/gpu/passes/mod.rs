@@ -62,6 +62,8 @@ pub struct Variant {
     pub wireframe: bool,
     /// Colouring.
     pub color: ColorMode,
+    /// Cells of a block of the base surface, a power of two.
+    pub block_cells: u32,
 }
 
 impl Variant {
@@ -74,7 +76,13 @@ impl Variant {
     /// What the sizes of buffers follow from.
     #[must_use]
     pub fn extent(self) -> super::Extent {
-        super::Extent { ground: self.ground, charts: self.charts, short: self.short, bounds: self.bounds }
+        super::Extent {
+            ground: self.ground,
+            charts: self.charts,
+            short: self.short,
+            bounds: self.bounds,
+            block_cells: self.block_cells,
+        }
     }
 }
 

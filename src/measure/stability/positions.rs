@@ -56,7 +56,13 @@ impl PositionRows {
         );
         versus.add(self.screen.worst);
         versus.tried = self.screen.tried;
-        vec![self.near, self.screen, normals, versus]
+        let mut rows = vec![self.near, self.screen, normals, versus];
+        // Nothing tried is nothing shown; close by there may be no node of coarse data.
+        for row in rows.iter_mut().skip(1).filter(|r| r.tried == 0) {
+            row.failed = 1;
+            row.pass = false;
+        }
+        rows
     }
 }
 
@@ -95,7 +101,7 @@ pub fn judge_vertices(rows: &mut PositionRows, shot: &Shot, terrain: &Terrain) {
 
 fn check_world(gpu: &Gpu, world: &World, brief: bool) -> Result<Vec<CheckRow>, StabilityError> {
     let mut rows = PositionRows::new(world.name.as_str());
-    let mut renderer = renderer_for(gpu, &world.terrain, &Scene { n: 63, ..Scene::default() })?;
+    let mut renderer = renderer_for(gpu, &world.terrain, &Scene { n: world.n, ..Scene::default() })?;
     for camera in cameras(&world.terrain, world.least_m, if brief { 2 } else { 6 }) {
         let shot = shoot(gpu, &mut renderer, &camera)?;
         judge_vertices(&mut rows, &shot, &world.terrain);
@@ -113,13 +119,13 @@ pub(super) fn check_positions(
     let mut all = worlds(brief)?;
     let least_m = 1.0;
     let terrain = Terrain::new(grid, Prefilter::Subsample);
-    all.push(World { name: "this terrain on a plane".into(), terrain, least_m });
+    all.push(World { name: "this terrain on a plane".into(), terrain, least_m, n: 63 });
     if !brief {
         // In degrees where it lies; else a second of arc apart in the Alps, whatever its size in metres.
         let placed = if grid.georeference.degrees.is_some() { grid.clone() } else { in_degrees(grid) };
         let wgs84 = Base::Ellipsoid { a_m: Ellipsoid::WGS84.a, b_m: Ellipsoid::WGS84.b };
         let terrain = Terrain::on(&placed, wgs84, Prefilter::Subsample)?;
-        all.push(World { name: "this terrain on WGS84".into(), terrain, least_m });
+        all.push(World { name: "this terrain on WGS84".into(), terrain, least_m, n: 63 });
     }
     let mut rows = Vec::new();
     for world in &all {

@@ -18,6 +18,8 @@ pub(super) struct World {
     /// Metres over a node from which it must be precise to a hundredth of a pixel: where cells are
     /// kilometres, the integers of a node step by more than the eye at its foot could tell.
     pub(super) least_m: f64,
+    /// Window size to try it with.
+    pub(super) n: u32,
 }
 
 /// Distances from the world's origin that planes are tried at, metres.
@@ -67,30 +69,40 @@ pub(super) fn worlds(brief: bool) -> Result<Vec<World>, StabilityError> {
             continue;
         }
         let terrain = plane_at(&grid, offset);
-        out.push(World { name: format!("plane {offset:e} m off"), terrain, least_m });
+        out.push(World { name: format!("plane {offset:e} m off"), terrain, least_m, n: 63 });
         if !brief {
             let terrain = flat_at(&grid, offset);
-            out.push(World { name: format!("curved plane {offset:e} m off"), terrain, least_m });
+            out.push(World { name: format!("curved plane {offset:e} m off"), terrain, least_m, n: 63 });
         }
     }
     let sphere = Base::Ellipsoid { a_m: 6.4e6, b_m: 6.4e6 };
     let wgs84 = Base::Ellipsoid { a_m: Ellipsoid::WGS84.a, b_m: Ellipsoid::WGS84.b };
     if !brief {
         let terrain = Terrain::on(&grid, sphere, Prefilter::Subsample)?;
-        out.push(World { name: "sphere of 6.4e6 m".into(), terrain, least_m });
+        out.push(World { name: "sphere of 6.4e6 m".into(), terrain, least_m, n: 63 });
     }
     let terrain = Terrain::on(&in_degrees(&grid), wgs84, Prefilter::Subsample)?;
-    out.push(World { name: "WGS84, regional".into(), terrain, least_m });
+    out.push(World { name: "WGS84, regional".into(), terrain, least_m, n: 63 });
     if !brief {
         let planet = Planet { size: 513, ..Planet::default() }.to_grid()?;
         let terrain = Terrain::globe(vec![planet], Ellipsoid::WGS84)?;
-        out.push(World { name: "WGS84, whole planet".into(), terrain, least_m: 20.0 });
+        out.push(World { name: "WGS84, whole planet".into(), terrain, least_m: 20.0, n: 63 });
+        // Blocks of base surface grow with n and with the cells: these bend as far as any.
+        let coarse = Planet { size: 65, ..Planet::default() }.to_grid()?;
+        let terrain = Terrain::globe(vec![coarse], Ellipsoid::WGS84)?;
+        out.push(World { name: "WGS84, coarse planet, n = 255".into(), terrain, least_m: 100.0, n: 255 });
+        let terrain = Terrain::on(
+            &mountains(129)?,
+            Base::Cylinder { radius_m: 9e3, inside: false },
+            Prefilter::Subsample,
+        )?;
+        out.push(World { name: "cylinder of 9 km, n = 255".into(), terrain, least_m, n: 255 });
         // Kilometres between samples, as global relief has them.
         grid.spacing_m = [8_276.311_7, 9_276.733_3];
         let terrain = plane_at(&grid, 1e5);
-        out.push(World { name: "plane, samples 9 km apart".into(), terrain, least_m });
+        out.push(World { name: "plane, samples 9 km apart".into(), terrain, least_m, n: 63 });
         let terrain = Terrain::on(&grid, sphere, Prefilter::Subsample)?;
-        out.push(World { name: "sphere, samples 9 km apart".into(), terrain, least_m: 10.0 });
+        out.push(World { name: "sphere, samples 9 km apart".into(), terrain, least_m: 10.0, n: 63 });
     }
     Ok(out)
 }

@@ -33,6 +33,16 @@ pub(super) struct Layer {
 }
 
 impl Layer {
+    /// Degrees of longitude and latitude it spans.
+    pub(super) fn size_deg(&self) -> [f64; 2] {
+        [self.x.span, self.y.span]
+    }
+
+    pub(super) fn area_deg2(&self) -> f64 {
+        let [x, y] = self.size_deg();
+        x * y
+    }
+
     /// Takes over a grid; `index` is its place in the caller's list, for messages.
     pub(super) fn new(index: usize, grid: HeightGrid) -> Result<Self, GlobeError> {
         let Some(degrees) = grid.georeference.degrees else {
