@@ -162,11 +162,11 @@ pub(crate) fn variant(scene: &Scene, terrain: &Terrain) -> Variant {
 }
 
 /// Most that a block's polynomial may leave out close to the camera, metres.
-const LEFT_OUT_M: f64 = 5e-4;
+const LEFT_OUT_M: f64 = 5e-5;
 
 /// Cells of a block of the base surface: a sixteenth of the window, less where so many cells bend too far for
 /// one polynomial. With the angle of half a block, five points a side leave about `radius angle^5 / 1900` of the
-/// surface, and the cubic of the normal leaves `angle^4 / 24` of the height.
+/// surface, and as much of the height along its normal.
 fn block_cells(n: u32, terrain: &Terrain) -> u32 {
     let mut cells = ((n + 1) / 16).max(1);
     let Some(curved) = terrain.curved.as_ref().filter(|c| c.points.is_none()) else { return cells };
@@ -175,7 +175,7 @@ fn block_cells(n: u32, terrain: &Terrain) -> u32 {
     let height_m = low.abs().max(high.abs());
     let left_out = |cells: u32| {
         let angle = 0.5 * f64::from(cells) * cell_angle;
-        (radius_m * angle.powi(5) / 1900.0).max(height_m * angle.powi(4) / 24.0)
+        (radius_m + height_m) * angle.powi(5) / 1900.0
     };
     // Tables of more than 131 blocks a side would take more memory than what they are for.
     while cells > ((n + 1) / 128).max(2) && left_out(cells) > LEFT_OUT_M {

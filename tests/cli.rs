@@ -171,7 +171,7 @@ fn info_tells_what_the_catalogue_says() {
     assert_eq!(json["max"], 4173.0);
     assert_eq!(json["width"], 1201);
     assert_eq!(json["unit"], "degree");
-    assert!(json["notes"][0].as_str().is_some_and(|n| n.contains("centre latitude")));
+    assert!(json["notes"][0].as_str().is_some_and(|n| n.contains("WGS84")));
 }
 
 #[test]

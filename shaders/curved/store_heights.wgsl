@@ -3,7 +3,7 @@
 // polynomial in f32; and the surface's normal, along which the height is added, its coarse part apart.
 
 const WORDS_PER_SAMPLE = 1u;
-const RECORD_WORDS = 29u; // of 16 bytes
+const RECORD_WORDS = 33u; // of 16 bytes
 
 @group(0) @binding(3) var<storage, read_write> windows: array<vec4<i32>>;
 @group(0) @binding(16) var<storage, read> records: array<vec4<i32>>;
@@ -57,6 +57,11 @@ fn store_sample(level: u32, node: vec2<i32>, first: u32, k: u32) {
         rest += coefficient(r, u32(i)) * terms[i];
     }
     var turn = vec3<f32>(0.0);
+    if curve.levels[level].terms > 15u {
+        for (var i = 14u; i >= 10u; i--) {
+            turn += coefficient(r, 25u + i) * terms[i];
+        }
+    }
     for (var i = 9i; i >= 0i; i--) {
         turn += coefficient(r, 15u + u32(i)) * terms[i];
     }

@@ -57,7 +57,7 @@ impl CurveState {
                 // may be left out; of a level that is only seen beyond a finer one's thirty cells, more.
                 let cell = cell_m * f64::from(1_u32 << level);
                 let angle = half_block * bend * f64::from(1_u32 << level);
-                let left_out = radius_m * angle.powi(5) / 16.0;
+                let left_out = (radius_m * angle.powi(5) / 16.0).max(height_m * angle.powi(4) / 24.0);
                 let always_far = level > 0 && curved.globe.as_ref().is_none_or(|g| g.layer_count() == 1);
                 left_out.is_nan() || left_out <= unit.max(if always_far { 1e-5 * cell } else { 0.0 })
             })

@@ -12,7 +12,7 @@ use super::Charted;
 pub const LOW_BITS: u32 = 24;
 
 /// 16-byte words of a record.
-pub const RECORD_WORDS: usize = 29;
+pub const RECORD_WORDS: usize = 33;
 
 /// 16-byte words of a record without the products beyond the fourth degree, which lie at its end.
 pub const SHORT_WORDS: usize = 21;
@@ -96,8 +96,10 @@ pub struct BlockRecord {
     pub normal: [[f32; 3]; 10],
     /// The products of u and v up to their fourth powers beyond the fourth degree together.
     pub beyond: [[f32; 3]; 10],
+    /// The normal's terms of the fourth degree.
+    pub normal_beyond: [[f32; 3]; 5],
     /// To a whole number of 16-byte words.
-    pub padding: [f32; 2],
+    pub padding: [f32; 3],
 }
 
 /// First base coordinate of block `block` of `cells` cells at `level`. The data's last node begins a
@@ -192,7 +194,7 @@ pub fn block_record(
             if k < 15 { record.surface[k][axis] = c as f32 } else { record.beyond[k - 15][axis] = c as f32 }
         }
         let normals = values.map(|row| row.map(|v| v[3 + axis]));
-        for (k, term) in TERMS.iter().take(10).enumerate() {
+        for (k, term) in TERMS.iter().take(15).enumerate() {
             let mut c = coefficient(&normals, *term);
             if k == 0 {
                 // Few bits, so that its product with a part of a height is exact in f32.
@@ -206,7 +208,10 @@ pub fn block_record(
                 }
                 c -= whole / steps;
             }
-            record.normal[k][axis] = c as f32;
+            match k {
+                0..10 => record.normal[k][axis] = c as f32,
+                _ => record.normal_beyond[k - 10][axis] = c as f32,
+            }
         }
     }
     (anchors, record)
