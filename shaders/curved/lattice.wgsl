@@ -22,7 +22,6 @@ var<private> chart: u32;
 var<private> memory_of: u32 = 0xffffffffu;
 var<private> memory_last: vec2<i32>;
 var<private> memory_held: Rect;
-var<private> memory_units: CurveLevel;
 var<private> came_by: u32;
 
 fn lane_of(level: u32) -> u32 {
@@ -94,7 +93,6 @@ fn remember(level: u32) {
     memory_of = lane_of(level);
     memory_last = node_of(level, data_last());
     memory_held = held(level);
-    memory_units = curve.levels[level];
 }
 
 // Last node of a level of the current chart.
@@ -107,9 +105,6 @@ fn last_node(level: u32) -> vec2<i32> {
 
 // Units of a level, and the frame's anchor in them.
 fn units_of(level: u32) -> CurveLevel {
-    if memory_of == lane_of(level) {
-        return memory_units;
-    }
     return curve.levels[level];
 }
 
