@@ -34,14 +34,7 @@ fn refused(args: &[&str], words: &[&str]) {
 }
 
 fn shared(path: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("TESSCLIP_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    let file = root.join(path);
-    if !file.exists() {
-        eprintln!("SKIPPED: shared data absent: {path}");
-        return None;
-    }
-    Some(file)
+    common::data(path).map(PathBuf::from)
 }
 
 #[test]

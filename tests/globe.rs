@@ -6,25 +6,19 @@
     reason = "a failed expectation is a failed test"
 )]
 
-use std::path::PathBuf;
+mod common;
+
 use std::sync::Arc;
 use std::time::Instant;
 
 use glam::DVec3;
 use tessclip::clipmap::Rect;
-use tessclip::heights::{HeightGrid, Planet, ReadOptions, open_file};
+use tessclip::heights::{HeightGrid, Planet};
 use tessclip::pyramid::{Globe, GlobeFace, SampleSource};
 use tessclip::surface::cube::Face;
 
 fn etopo() -> Option<HeightGrid> {
-    let dir = std::env::var_os("TESSCLIP_DATA")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")), PathBuf::from);
-    let path = dir.join("etopo/etopo5_int16.tif");
-    if path.is_file() {
-        return Some(open_file(&path, &ReadOptions::default()).unwrap());
-    }
-    eprintln!("SKIPPED: {} is absent", path.display());
-    None
+    common::data("etopo/etopo5_int16.tif").map(|file| common::terrain(&file))
 }
 
 fn normal(lon: f64, lat: f64) -> DVec3 {

@@ -4,35 +4,15 @@ override HORIZON: bool = true; // the ellipsoid hides what lies behind it
 
 @group(0) @binding(4) var<storage, read> block_bounds: array<vec4<i32>>;
 
-fn empty_box() -> Box {
-    return Box(vec3<f32>(VOID), vec3<f32>(-VOID));
-}
-
-// Box around all blocks that touch a rectangle of a level's nodes.
-fn box_over(level: u32, rect_lo: vec2<i32>, rect_hi: vec2<i32>) -> Box {
-    let area = loaded(level);
-    let lo = max(rect_lo, area.lo);
-    let hi = min(rect_hi, area.hi);
-    var box = empty_box();
-    if any(hi < lo) {
-        return box;
+fn block_box(level: u32, block: vec2<i32>, area: Rect) -> Box {
+    let address = 2u * block_address(level, block);
+    let low = block_bounds[address].xyz;
+    let high = block_bounds[address + 1u].xyz;
+    if low.x > high.x {
+        return empty_box();
     }
-    let first = lo >> vec2<u32>(BOUNDS_SHIFT);
-    let last = max(first, (hi - vec2<i32>(1i)) >> vec2<u32>(BOUNDS_SHIFT));
-    for (var y = first.y; y <= last.y; y++) {
-        for (var x = first.x; x <= last.x; x++) {
-            let block = vec2<i32>(x, y);
-            let address = 2u * block_address(level, block);
-            let low = block_bounds[address].xyz;
-            let high = block_bounds[address + 1u].xyz;
-            if low.x <= high.x {
-                let anchor = anchor_of(level, max(block * BOUNDS_CELLS, area.lo));
-                box.lo = min(box.lo, placed_box(level, anchor, low));
-                box.hi = max(box.hi, placed_box(level, anchor, high));
-            }
-        }
-    }
-    return box;
+    let anchor = anchor_of(level, max(block * BOUNDS_CELLS, area.lo));
+    return Box(placed_box(level, anchor, low), placed_box(level, anchor, high));
 }
 
 // Vertices on a border may be owned by another chart, whose integers round differently.

@@ -2,30 +2,10 @@
 
 @group(0) @binding(4) var<storage, read> block_bounds: array<vec2<f32>>;
 
-fn empty_box() -> Box {
-    return Box(vec3<f32>(VOID), vec3<f32>(-VOID));
-}
-
-// Heights of all blocks that touch a rectangle of a level's nodes; no horizontal extent yet.
-fn box_over(level: u32, rect_lo: vec2<i32>, rect_hi: vec2<i32>) -> Box {
-    let area = loaded(level);
-    let lo = max(rect_lo, area.lo);
-    let hi = min(rect_hi, area.hi);
-    var box = empty_box();
-    if any(hi < lo) {
-        return box;
-    }
-    // Blocks are closed: one whose far border is our near one need not be read, unless we are that border.
-    let first = lo >> vec2<u32>(BOUNDS_SHIFT);
-    let last = max(first, (hi - vec2<i32>(1i)) >> vec2<u32>(BOUNDS_SHIFT));
-    for (var y = first.y; y <= last.y; y++) {
-        for (var x = first.x; x <= last.x; x++) {
-            let r = block_bounds[block_address(level, vec2<i32>(x, y))];
-            box.lo.z = min(box.lo.z, r.x);
-            box.hi.z = max(box.hi.z, r.y);
-        }
-    }
-    return box;
+// Heights of a block; no horizontal extent yet.
+fn block_box(level: u32, block: vec2<i32>, area: Rect) -> Box {
+    let r = block_bounds[block_address(level, block)];
+    return Box(vec3<f32>(VOID, VOID, r.x), vec3<f32>(-VOID, -VOID, r.y));
 }
 
 // The box of a patch between two base samples, relative to the anchor.

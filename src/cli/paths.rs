@@ -244,3 +244,31 @@ fn read_csv(file: &str, terrain: &Terrain) -> anyhow::Result<Vec<Key>> {
     }
     Ok(keys)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a failed expectation is a failed test")]
+mod tests {
+    use super::CameraPath;
+    use tessclip::Terrain;
+    use tessclip::heights::{ReadOptions, open_terrain};
+    use tessclip::surface::Ellipsoid;
+
+    #[test]
+    fn neither_view_nor_axes_jump_over_the_pole() {
+        let grid = open_terrain("procedural:planet?size=65", &ReadOptions::default()).unwrap();
+        let terrain = Terrain::globe(vec![grid], Ellipsoid::WGS84).unwrap();
+        let path = CameraPath::open("straight", &terrain).unwrap();
+        let frames: Vec<_> = (0..=1000).map(|k| path.at(f64::from(k) / 1000.0, 60.0).1).collect();
+        // The path does lead over it, and poses alone would turn around there.
+        assert!(frames.iter().any(|c| c.eye_m.truncate().length() < 1e4));
+        let poses = [[10.0, 89.9, 1e5, 0.0, 0.0], [-170.0, 89.9, 1e5, 0.0, 0.0]];
+        let [a, b] = poses.map(|p| terrain.camera(p, 60.0).axes.x_axis);
+        assert!(a.dot(b) < -0.99);
+        let step = path.length_m() / 1000.0;
+        for pair in frames.windows(2) {
+            assert!(pair[0].forward().dot(pair[1].forward()) > 0.999);
+            assert!(pair[0].axes.x_axis.dot(pair[1].axes.x_axis) > 0.999);
+            assert!(pair[0].eye_m.distance(pair[1].eye_m) < 2.0 * step);
+        }
+    }
+}

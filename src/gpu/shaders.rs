@@ -95,9 +95,9 @@ pub(crate) const BOUND_BLOCKS: ShaderModuleSource = ShaderModuleSource {
 pub(crate) const CULL_QUADS: ShaderModuleSource = ShaderModuleSource {
     stem: "cull_quads",
     text: text!("cull_quads"),
-    plane: &[text!("plane/bounds")],
-    curved: &[text!("curved/bounds")],
-    points: &[text!("curved/bounds")],
+    plane: &[text!("shared/boxes"), text!("plane/bounds")],
+    curved: &[text!("shared/boxes"), text!("curved/bounds")],
+    points: &[text!("shared/boxes"), text!("curved/bounds")],
 };
 /// As [`CULL_QUADS`], where nothing is culled and no patch can be all void: no bounds are made or read.
 pub(crate) const CULL_QUADS_UNBOUNDED: ShaderModuleSource = ShaderModuleSource {

@@ -236,13 +236,16 @@ impl Renderer {
             return none;
         };
         let coarsest = curve.curved.surface.cell_m() * f64::from(1_u32 << (self.shape.levels() - 1));
-        // A chord of the cell's diagonal.
-        let sag = coarsest * coarsest / (4.0 * ellipsoid.a.min(ellipsoid.b));
-        let depth = curve.lowest_m.min(0.0) - sag;
-        let (a, b) = (ellipsoid.a + depth, ellipsoid.b + depth);
-        if a <= 0.0 || b <= 0.0 {
+        // A chord of the cell's diagonal, where the surface bends most.
+        let sag = coarsest * coarsest / (4.0 * curve.curved.surface.least_radius_m());
+        let depth = sag - curve.lowest_m.min(0.0);
+        // Scaled as a whole, so that it lies at least that deep everywhere; axes shortened by as much would
+        // not, between the equator and the poles.
+        let kept = 1.0 - depth / ellipsoid.a.min(ellipsoid.b);
+        if kept <= 0.0 {
             return none;
         }
+        let (a, b) = (ellipsoid.a * kept, ellipsoid.b * kept);
         let scale = DVec3::new(1.0 / a, 1.0 / a, 1.0 / b);
         let eye = camera.eye_m * scale;
         (scale, (eye.length_squared() - 1.0).max(0.0), eye)
