@@ -16,6 +16,19 @@ pub(crate) fn sample_count(subject: &str, width: u64, height: u64, limit: u64) -
         .ok_or_else(|| HeightError::TooLarge { subject: subject.to_owned(), width, height, limit })
 }
 
+/// Refuses a raster to be read in rectangles whose sides are under 2 (`TooSmall`) or over
+/// `i32::MAX` samples (`SideTooLong`).
+pub(crate) fn sides(subject: &str, width: u64, height: u64) -> Result<(), HeightError> {
+    let subject = || subject.to_owned();
+    if width < 2 || height < 2 {
+        return Err(HeightError::TooSmall { subject: subject(), width, height });
+    }
+    if width.max(height) > i32::MAX as u64 {
+        return Err(HeightError::SideTooLong { subject: subject(), width, height });
+    }
+    Ok(())
+}
+
 /// `count` copies of the all-zero value of `T`; errors with `OutOfMemory` instead of aborting.
 pub(crate) fn zeroed<T: Clone + Default>(subject: &str, count: usize) -> Result<Vec<T>, HeightError> {
     // Only a trial: `vec!` of zeros gets untouched pages from the system, which filling a

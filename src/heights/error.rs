@@ -69,6 +69,44 @@ pub enum HeightError {
         /// `ReadOptions::max_samples`.
         limit: u64,
     },
+    /// Rasters that cannot be joined.
+    #[error("{name}: cannot be joined with the others: {reason}")]
+    Mosaic {
+        /// The raster that does not fit.
+        name: String,
+        /// Why, and what to do.
+        reason: String,
+    },
+    /// A side of the raster reaches beyond 32-bit indices.
+    #[error("{subject}: {width} x {height} samples; a side may have at most 2147483647; cut the data")]
+    SideTooLong {
+        /// File or recipe.
+        subject: String,
+        /// Columns.
+        width: u64,
+        /// Rows.
+        height: u64,
+    },
+    /// A rectangle reaches out of its raster, or its buffer has another length.
+    #[error("{size:?} samples from {at:?} into {got} heights do not fit a raster of {raster:?} samples")]
+    Rectangle {
+        /// First column and row.
+        at: [u64; 2],
+        /// Columns and rows.
+        size: [usize; 2],
+        /// Length of the buffer.
+        got: usize,
+        /// Columns and rows of the raster.
+        raster: [u64; 2],
+    },
+    /// Samples could not be laid down in the folder of temporary files.
+    #[error("{}: cannot hold a temporary file ({source}); free space there or set TMPDIR", path.display())]
+    Temporary {
+        /// The folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// The system has not enough memory for the samples.
     #[error("{subject}: no memory for {bytes} bytes; cut the data or free memory")]
     OutOfMemory {

@@ -1,172 +1,155 @@
 //! GeoTIFF: the first image of a TIFF or BigTIFF file, band 1, as elevation.
 
-use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
+use std::sync::Arc;
 
-use tiff::decoder::{ChunkType, Decoder, Limits};
+use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
+use super::blocks::Blocks;
 use super::gdal_tags::{Nodata, metadata_zmap};
 use super::geokeys::{self, GeoTags};
-use super::raster::{Raster, ZMap};
-use super::samples::{Block, place_block, place_sparse};
+use super::positioned::{FileCursor, Positioned};
+use super::raster::{Placement, Raster, ZMap};
+use super::samples::{Rule, from_block};
+use super::tiff_check::{MAX_BLOCK_BYTES, MAX_WINDOW_BLOCK_BYTES, Purpose, check};
 use super::tiff_patch::Patched;
 use super::tiff_probe::{Probe, probe};
-use super::{HeightError, HeightGrid, ReadOptions, alloc};
+use super::{HeightError, HeightGrid, ReadOptions};
 
-const FORMAT: &str = "GeoTIFF";
-/// Largest block that is decoded at once, in bytes.
-const MAX_BLOCK_BYTES: u64 = 1 << 30;
+pub(crate) const FORMAT: &str = "GeoTIFF";
 
-/// Reads the file. Undeclared void values are not guessed.
-///
-/// Errors: `Malformed`, `Unsupported`, `NotElevation`, `Rotated`, `AlreadyGeoreferenced`,
-/// `TooSmall`, `TooLarge`, `OutOfMemory`, `Io`.
-pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<HeightGrid, HeightError> {
-    let io = |e| HeightError::io(path, e);
-    let bad = |e: tiff::TiffError| HeightError::malformed(path, FORMAT, e);
-    let mut file = BufReader::new(File::open(path).map_err(io)?);
-    let file_bytes = file.get_ref().metadata().map_err(io)?.len();
-    let layout = probe(&mut file).map_err(|e| HeightError::malformed(path, FORMAT, e))?;
-    let dtype = check(path, &layout, options)?;
+/// A file whose tags are read and checked; what is left is to read its blocks.
+pub(crate) struct Opened {
+    pub(crate) layout: Probe,
+    /// Name of the sample type.
+    pub(crate) dtype: &'static str,
+    pub(crate) placement: Placement,
+    pub(crate) rule: Rule,
+    pub(crate) blocks: Blocks,
+    /// Where in the file the blocks of band 1 begin, or [`SPARSE`].
+    pub(crate) chunks: Vec<u64>,
+    /// Blocks of all bands.
+    pub(crate) all_chunks: usize,
+    /// Samples of a pixel in a block, of which the first counts.
+    pub(crate) stride: usize,
+    pub(crate) file: Arc<Positioned>,
+    pub(crate) decoder: Reader,
+}
 
-    std::io::Seek::rewind(&mut file).map_err(io)?;
-    let mut decoder = decoder(file, &layout).map_err(bad)?;
+impl Opened {
+    /// Reads everything but the blocks. Undeclared void values are not guessed.
+    ///
+    /// Errors: `Malformed`, `Unsupported`, `NotElevation`, `Rotated`, `TooSmall`, `TooLarge`,
+    /// `SideTooLong`, `Io`.
+    pub(crate) fn new(path: &Path, options: &ReadOptions, purpose: Purpose) -> Result<Self, HeightError> {
+        let bad = |e: tiff::TiffError| HeightError::malformed(path, FORMAT, e);
+        let file = Arc::new(Positioned::open(path).map_err(|e| HeightError::io(path, e))?);
+        let layout = probe(BufReader::new(FileCursor::new(&file)))
+            .map_err(|e| HeightError::malformed(path, FORMAT, e))?;
+        let dtype = check(path, &layout, purpose)?;
+        let most = match purpose {
+            Purpose::Whole { .. } => MAX_BLOCK_BYTES,
+            Purpose::Windows => MAX_WINDOW_BLOCK_BYTES,
+        };
+        let mut decoder = decoder(BufReader::new(FileCursor::new(&file)), &layout, most).map_err(bad)?;
 
-    let tags = geo_tags(&mut decoder).map_err(bad)?;
-    let placed = geokeys::place(path, &tags, layout.height)?;
-    let nodata = match raw_tag(&mut decoder, Tag::GdalNodata, 256).map_err(bad)? {
-        Some(text) => Nodata::parse(&text)
-            .map_err(|text| HeightError::malformed(path, FORMAT, format!("nodata `{text}` is no number")))?,
-        None => None,
-    };
-    let xml = raw_tag(&mut decoder, Tag::Unknown(42112), 1 << 20).map_err(bad)?;
-    let (mut z, in_feet) = xml.map_or((ZMap::IDENTITY, false), |x| metadata_zmap(&x));
-    if let Some(unit) = placed.vertical_unit_m
-        && !in_feet
-    {
-        z = z.then(unit, 0.0);
-    }
+        let tags = geo_tags(&mut decoder).map_err(bad)?;
+        let placed = geokeys::place(path, &tags, layout.height)?;
+        let nodata = match raw_tag(&mut decoder, Tag::GdalNodata, 256).map_err(bad)? {
+            Some(text) => Nodata::parse(&text).map_err(|text| {
+                HeightError::malformed(path, FORMAT, format!("nodata `{text}` is no number"))
+            })?,
+            None => None,
+        };
+        let xml = raw_tag(&mut decoder, Tag::Unknown(42112), 1 << 20).map_err(bad)?;
+        let (mut z, in_feet) = xml.map_or((ZMap::IDENTITY, false), |x| metadata_zmap(&x));
+        if let Some(unit) = placed.vertical_unit_m
+            && !in_feet
+        {
+            z = z.then(unit, 0.0);
+        }
 
-    let chunks = chunk_table(path, &mut decoder, file_bytes)?;
-    let size = [layout.width, layout.height];
-    let mut raster = Raster::new(path, size, z.then_options(options), options)?;
-    let (chunk_width, chunk_height) = decoder.chunk_dimensions();
-    let across = layout.width.div_ceil(u64::from(chunk_width).max(1)).max(1);
-    let down = layout.height.div_ceil(u64::from(chunk_height).max(1));
-    let stride = if layout.planar == 2 { 1 } else { layout.samples as usize };
-    // Planar files store all blocks of band 1 first.
-    for (index, chunk) in (0..across * down).zip(&chunks) {
-        let number = index as u32;
-        let (width, rows) = decoder.chunk_data_dimensions(number);
-        let block = Block {
-            col: ((index % across) * u64::from(chunk_width)) as usize,
-            row: ((index / across) * u64::from(chunk_height)) as usize,
-            width: width as usize,
-            stride,
+        let mut chunks = chunk_table(path, &mut decoder, file.length())?;
+        let all_chunks = chunks.len();
+        let (chunk_width, chunk_height) = decoder.chunk_dimensions();
+        let blocks = Blocks {
+            size: [layout.width, layout.height],
+            block: [chunk_width, chunk_height].map(|n| u64::from(n).max(1)),
             north_up: placed.north_up,
         };
-        if *chunk == Chunk::Sparse {
-            if nodata.is_none() {
-                place_sparse(&mut raster, block, rows as usize);
-            }
+        // Planar files store all blocks of band 1 first.
+        chunks.truncate(usize::try_from(blocks.count()).unwrap_or(usize::MAX));
+        chunks.shrink_to_fit();
+        Ok(Self {
+            dtype,
+            placement: placed.placement,
+            rule: Rule { nodata, z: z.then_options(options) },
+            blocks,
+            chunks,
+            all_chunks,
+            stride: if layout.planar == 2 { 1 } else { layout.samples as usize },
+            layout,
+            file,
+            decoder,
+        })
+    }
+}
+
+/// Reads the file.
+///
+/// Errors: those of [`Opened::new`], `AlreadyGeoreferenced`, `OutOfMemory`.
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<HeightGrid, HeightError> {
+    let purpose = Purpose::Whole { max_samples: options.max_samples };
+    let mut opened = Opened::new(path, options, purpose)?;
+    let Opened { rule, blocks, stride, .. } = opened;
+    let mut raster = Raster::new(path, blocks.size, rule.z, options)?;
+    let mut line = Vec::new();
+    for (number, &at) in opened.chunks.iter().enumerate() {
+        // All is void from the start, and memory that is never touched costs nothing.
+        if at == SPARSE && rule.nodata.is_some() {
             continue;
         }
-        let data = decoder.read_chunk(number).map_err(|e| {
-            HeightError::malformed(path, FORMAT, format!("block {number} does not decode: {e}"))
-        })?;
-        place_block(&mut raster, block, &data, nodata);
+        let data = if at == SPARSE { None } else { Some(decode(path, &mut opened.decoder, number as u32)?) };
+        let (width, rows) = opened.decoder.chunk_data_dimensions(number as u32);
+        let (width, rows) = (width as usize, rows as usize);
+        let [col, first_row] = blocks.first(number);
+        line.resize(width.min(raster.width.saturating_sub(col)), 0.0);
+        for i in 0..rows {
+            let Some(row) = blocks.row_from_south(first_row + i) else {
+                break;
+            };
+            match &data {
+                Some(data) => from_block(data, i * width, stride, rule, &mut line),
+                None => line.fill(rule.sparse()),
+            }
+            raster.put_row(row, col, &line);
+        }
     }
-    raster.finish(path, placed.placement, dtype, FORMAT, options)
+    raster.finish(path, opened.placement, opened.dtype, FORMAT, options)
 }
 
-/// Checks everything that can be told from the layout; gives the sample type's name.
-pub(crate) fn check(path: &Path, p: &Probe, options: &ReadOptions) -> Result<&'static str, HeightError> {
-    let unsupported = |detail: String| Err(HeightError::unsupported(path, FORMAT, detail));
-    let malformed = |detail: String| Err(HeightError::malformed(path, FORMAT, detail));
-    match p.photometric {
-        Some(1) => {}
-        Some(0) => return unsupported("grey that counts from white".to_owned()),
-        Some(2) => return not_elevation(path, p, "RGB"),
-        Some(3) => return not_elevation(path, p, "palette"),
-        Some(4) => return not_elevation(path, p, "mask"),
-        Some(5) => return not_elevation(path, p, "CMYK"),
-        Some(6) => return not_elevation(path, p, "YCbCr"),
-        Some(n) => return unsupported(format!("photometric interpretation {n}")),
-        None => return malformed("tag 262 (photometric interpretation) is missing".to_owned()),
-    }
-    if let Some(name) = unsupported_compression(p.compression) {
-        return unsupported(format!("{name} compression"));
-    }
-    let dtype = match (p.sample_format, p.bits) {
-        (1, 8) => "byte",
-        (1, 16) => "uint16",
-        (1, 32) => "uint32",
-        (1, 64) => "uint64",
-        (2, 8) => "int8",
-        (2, 16) => "int16",
-        (2, 32) => "int32",
-        (2, 64) => "int64",
-        (3, 16) => "float16",
-        (3, 32) => "float32",
-        (3, 64) => "float64",
-        (1, n) => return unsupported(format!("{n}-bit unsigned samples")),
-        (2, n) => return unsupported(format!("{n}-bit signed samples")),
-        (3, n) => return unsupported(format!("{n}-bit float samples")),
-        (f, n) => return unsupported(format!("{n}-bit samples of format {f}")),
-    };
-    if !(1..=3).contains(&p.predictor) {
-        return unsupported(format!("predictor {}", p.predictor));
-    }
-    let subject = path.display().to_string();
-    alloc::sample_count(&subject, p.width, p.height, options.max_samples)?;
-    let tile = p.tile.unwrap_or([p.width, p.rows_per_strip.min(p.height)]);
-    if tile.contains(&0) || p.samples == 0 {
-        return malformed(format!("blocks of {tile:?} with {} samples", p.samples));
-    }
-    // The decoder multiplies these without a check.
-    let blocks = p.width.div_ceil(tile[0]) * p.height.div_ceil(tile[1]);
-    if blocks.saturating_mul(p.samples) > u64::from(u32::MAX) / 2 {
-        return malformed(format!("{blocks} blocks for each of {} bands", p.samples));
-    }
-    let block_bytes =
-        [tile[0], tile[1], p.samples, p.bits / 8].into_iter().try_fold(1_u64, |a, b| a.checked_mul(b));
-    if block_bytes.is_none_or(|n| n > MAX_BLOCK_BYTES) {
-        return unsupported(format!("blocks of {tile:?} samples (over 1 GiB)"));
-    }
-    Ok(dtype)
-}
+pub(crate) type Reader = Decoder<Patched<BufReader<FileCursor>>>;
 
-fn not_elevation<T>(path: &Path, p: &Probe, kind: &str) -> Result<T, HeightError> {
-    Err(HeightError::NotElevation { path: path.to_owned(), detail: format!("{}-bit {kind}", p.bits) })
-}
-
-/// The name of a compression that cannot be decoded; `None` for none, LZW, deflate, zstd and
-/// PackBits.
-fn unsupported_compression(code: u64) -> Option<String> {
-    let name = match code {
-        1 | 5 | 8 | 32773 | 32946 | 50000 => return None,
-        2..=4 => "CCITT fax",
-        6 | 7 => "JPEG",
-        34712 => "JPEG 2000",
-        34887 => "LERC",
-        34925 => "LZMA",
-        50001 => "WebP",
-        50002 | 52546 => "JPEG XL",
-        other => return Some(format!("unknown (code {other})")),
-    };
-    Some(name.to_owned())
-}
-
-pub(crate) type Reader = Decoder<Patched<BufReader<File>>>;
-
-/// A decoder of a rewound file, limited to blocks of 1 GiB.
-pub(crate) fn decoder(file: BufReader<File>, layout: &Probe) -> Result<Reader, tiff::TiffError> {
+/// A decoder of a file at its start, limited to blocks of so many bytes.
+pub(crate) fn decoder<R: Read + Seek>(
+    file: R,
+    layout: &Probe,
+    most_bytes: u64,
+) -> Result<Decoder<Patched<R>>, tiff::TiffError> {
     let mut limits = Limits::default();
-    limits.decoding_buffer_size = MAX_BLOCK_BYTES as usize;
+    limits.decoding_buffer_size = most_bytes as usize;
+    // Of encoded bytes, which are only counted.
     limits.intermediate_buffer_size = MAX_BLOCK_BYTES as usize;
     Ok(Decoder::new(Patched::new(file, layout))?.with_limits(limits))
+}
+
+/// The samples of a block.
+pub(crate) fn decode(path: &Path, decoder: &mut Reader, number: u32) -> Result<DecodingResult, HeightError> {
+    decoder
+        .read_chunk(number)
+        .map_err(|e| HeightError::malformed(path, FORMAT, format!("block {number} does not decode: {e}")))
 }
 
 /// The placement tags; a tag that is there but cannot be read is an error.
@@ -186,8 +169,8 @@ fn geo_tags(decoder: &mut Reader) -> Result<GeoTags, tiff::TiffError> {
 
 /// At most `limit` bytes of a text tag. Raw, because files in use lack the final zero byte or
 /// hold bytes that are no UTF-8.
-pub(crate) fn raw_tag(
-    decoder: &mut Reader,
+pub(crate) fn raw_tag<R: Read + Seek>(
+    decoder: &mut Decoder<R>,
     tag: Tag,
     limit: usize,
 ) -> Result<Option<String>, tiff::TiffError> {
@@ -199,41 +182,33 @@ pub(crate) fn raw_tag(
     }))
 }
 
-/// Whether a block is there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Chunk {
-    /// It is, within the file.
-    Stored,
-    /// Left out of the file.
-    Sparse,
-}
+/// Stands for the place of a block that is left out of the file.
+pub(crate) const SPARSE: u64 = u64::MAX;
 
-/// What is stored of every block. Refuses a block that lies outside the file, before any memory
-/// is taken for the samples.
-pub(crate) fn chunk_table(
+/// Where every block begins, or [`SPARSE`]. Refuses a block that lies outside the file, before any
+/// memory is taken for the samples.
+pub(crate) fn chunk_table<R: Read + Seek>(
     path: &Path,
-    decoder: &mut Reader,
+    decoder: &mut Decoder<R>,
     file_bytes: u64,
-) -> Result<Vec<Chunk>, HeightError> {
+) -> Result<Vec<u64>, HeightError> {
     let bad = |e: tiff::TiffError| HeightError::malformed(path, FORMAT, e);
     let (offsets, counts) = match decoder.get_chunk_type() {
         ChunkType::Strip => (Tag::StripOffsets, Tag::StripByteCounts),
         ChunkType::Tile => (Tag::TileOffsets, Tag::TileByteCounts),
     };
     let mut table = |tag| decoder.get_tag(tag).and_then(|v| v.into_u64_vec());
-    let (offsets, counts) = (table(offsets).map_err(bad)?, table(counts).map_err(bad)?);
-    let pairs = offsets.iter().zip(&counts).enumerate();
-    pairs
-        .map(|(i, pair)| match pair {
+    let (mut places, counts) = (table(offsets).map_err(bad)?, table(counts).map_err(bad)?);
+    places.truncate(counts.len());
+    for (i, (at, count)) in places.iter_mut().zip(counts).enumerate() {
+        if count == 0 {
             // GDAL may leave an offset behind where nothing is stored.
-            (_, 0) => Ok(Chunk::Sparse),
-            (&at, &count) if at.checked_add(count).is_some_and(|end| end <= file_bytes) => Ok(Chunk::Stored),
-            (at, count) => {
-                let detail = format!(
-                    "block {i} ({count} bytes at {at}) ends after the {file_bytes} bytes of the file"
-                );
-                Err(HeightError::malformed(path, FORMAT, detail))
-            }
-        })
-        .collect()
+            *at = SPARSE;
+        } else if at.checked_add(count).is_none_or(|end| end > file_bytes) {
+            let detail =
+                format!("block {i} ({count} bytes at {at}) ends after the {file_bytes} bytes of the file");
+            return Err(HeightError::malformed(path, FORMAT, detail));
+        }
+    }
+    Ok(places)
 }

@@ -39,11 +39,19 @@ pub struct ReadOptions {
     pub z_offset: Option<f64>,
     /// Most samples accepted, checked before memory is taken; default 2^28.
     pub max_samples: u64,
+    /// Most bytes of decoded blocks kept by a raster read by rectangles; default 128 MiB.
+    pub block_cache_bytes: u64,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { spacing_m: None, z_scale: None, z_offset: None, max_samples: 1 << 28 }
+        Self {
+            spacing_m: None,
+            z_scale: None,
+            z_offset: None,
+            max_samples: 1 << 28,
+            block_cache_bytes: 128 << 20,
+        }
     }
 }
 

@@ -1,47 +1,92 @@
 //! SRTM `.hgt`: a bare square of big-endian `i16`, rows north to south, placed by its name.
 
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
+use std::sync::Arc;
 
+use super::blocks::Blocks;
+use super::gdal_tags::Nodata;
+use super::in_place::InPlace;
+use super::positioned::{FileCursor, Positioned};
 use super::raster::{Placement, Raster, ZMap};
-use super::{HeightError, HeightGrid, ReadOptions};
+use super::rasters::{RasterHeader, RasterSource};
+use super::samples::{Rule, Stored};
+use super::{HeightError, HeightGrid, ReadOptions, alloc};
 
+const FORMAT: &str = "SRTM HGT";
+const DTYPE: &str = "int16";
 /// The value that marks a void.
-const VOID: i16 = -32768;
+const VOID: Nodata = Nodata { integer: Some(-32768), float: -32768.0 };
 
-/// Reads one tile: the nodes span exactly one degree from the corner in the name.
+/// A tile whose name and length are understood.
+struct Tile {
+    file: Arc<Positioned>,
+    /// Rows and columns.
+    side: u64,
+    /// Longitude and latitude of the south-west corner.
+    origin: [f64; 2],
+    rule: Rule,
+}
+
+impl Tile {
+    fn open(path: &Path, options: &ReadOptions) -> Result<Self, HeightError> {
+        let origin = corner(path).ok_or_else(|| HeightError::HgtName { path: path.to_owned() })?;
+        let file = Arc::new(Positioned::open(path).map_err(|e| HeightError::io(path, e))?);
+        let bytes = file.length();
+        let side = (bytes / 2).isqrt();
+        if bytes % 2 != 0 || side * side != bytes / 2 {
+            return Err(HeightError::HgtSize { path: path.to_owned(), bytes });
+        }
+        let rule = Rule { nodata: Some(VOID), z: ZMap::IDENTITY.then_options(options) };
+        Ok(Self { file, side, origin, rule })
+    }
+
+    /// The nodes span exactly one degree; for sides of at least 2.
+    fn placement(&self) -> Placement {
+        Placement::Degrees {
+            crs: Some("EPSG:4326".to_owned()),
+            origin: self.origin,
+            step: [1.0 / (self.side - 1) as f64; 2],
+            pixel_is_point: true,
+        }
+    }
+}
+
+/// Reads one tile.
 ///
 /// Errors: `HgtName`, `HgtSize`, `TooLarge`, `TooSmall`, `AlreadyGeoreferenced`, `Io`.
 pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<HeightGrid, HeightError> {
-    let io = |e| HeightError::io(path, e);
-    let origin = corner(path).ok_or_else(|| HeightError::HgtName { path: path.to_owned() })?;
-    let file = File::open(path).map_err(io)?;
-    let bytes = file.metadata().map_err(io)?.len();
-    let side = (bytes / 2).isqrt();
-    if bytes % 2 != 0 || side * side != bytes / 2 {
-        return Err(HeightError::HgtSize { path: path.to_owned(), bytes });
-    }
-    let z = ZMap::IDENTITY.then_options(options);
-    let mut raster = Raster::new(path, [side, side], z, options)?;
-    let mut reader = BufReader::with_capacity(1 << 16, file);
+    let tile = Tile::open(path, options)?;
+    let mut raster = Raster::new(path, [tile.side; 2], tile.rule.z, options)?;
+    let mut reader = BufReader::with_capacity(1 << 16, FileCursor::new(&tile.file));
     let mut line = vec![0_u8; raster.width * 2];
+    let mut heights = vec![0.0; raster.width];
     for row in (0..raster.height).rev() {
-        reader.read_exact(&mut line).map_err(io)?;
-        for (col, pair) in line.chunks_exact(2).enumerate() {
-            let value = i16::from_be_bytes([pair[0], pair[1]]);
-            if value != VOID {
-                raster.put(row, col, f64::from(value));
-            }
-        }
+        reader.read_exact(&mut line).map_err(|e| HeightError::io(path, e))?;
+        Stored::I16.heights(&line, true, tile.rule, &mut heights);
+        raster.put_row(row, 0, &heights);
     }
-    let placement = Placement::Degrees {
-        crs: Some("EPSG:4326".to_owned()),
-        origin,
-        step: [1.0 / (side - 1) as f64; 2],
-        pixel_is_point: true,
-    };
-    raster.finish(path, placement, "int16", "SRTM HGT", options)
+    raster.finish(path, tile.placement(), DTYPE, FORMAT, options)
+}
+
+/// Opens one tile for reading by rectangles.
+///
+/// Errors: `HgtName`, `HgtSize`, `SideTooLong`, `TooSmall`, `AlreadyGeoreferenced`, `Io`.
+pub(crate) fn open(path: &Path, options: &ReadOptions) -> Result<Box<dyn RasterSource>, HeightError> {
+    let tile = Tile::open(path, options)?;
+    alloc::sides(&path.display().to_string(), tile.side, tile.side)?;
+    let located = tile.placement().locate(path, tile.side, FORMAT, options)?;
+    let size = [tile.side; 2];
+    Ok(Box::new(InPlace {
+        header: RasterHeader::new(size, located, DTYPE, FORMAT, tile.rule.z == ZMap::IDENTITY),
+        path: path.to_owned(),
+        file: tile.file,
+        blocks: Blocks::whole(size),
+        places: vec![0],
+        stored: Stored::I16,
+        big_endian: true,
+        rule: tile.rule,
+    }))
 }
 
 /// Longitude and latitude of the south-west corner from a name like `N44W072.hgt` or

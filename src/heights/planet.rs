@@ -3,20 +3,22 @@
 use rayon::prelude::*;
 
 use super::geo::{Degrees, Georeference, metres_per_degree};
-use super::noise::{hash, smoothstep};
-use super::raster::ZMap;
+use super::noise::smoothstep;
+use super::raster::{Located, ZMap};
+use super::space_noise::{fractal, octaves};
 use super::{HeightError, HeightGrid, ReadOptions, alloc};
 
 /// The name used in recipes.
 pub(crate) const NAME: &str = "planet";
+
+/// Heights are whole metres.
+pub(crate) const DTYPE: &str = "int16";
 
 const PARAMETERS: &str = "seed, size, amp";
 /// Deepest and highest ground at `amp` 1, metres.
 const BOUNDS_M: [f64; 2] = [-6_000.0, 7_000.0];
 /// Largest `amp` in magnitude: beyond it, heights would not fit the `int16` they are rounded for.
 const MOST_AMP: f64 = 4.0;
-/// Most octaves of a sum, whatever the spacing.
-const OCTAVES: u32 = 20;
 
 /// A recipe for a planet: whole metres, longitudes from -180, both poles included.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +49,13 @@ impl Planet {
     /// Errors: `UnknownProcedural`, `UnknownParameter`, `BadParameter`, `TooSmall`, `TooLarge`, and
     /// `BadOption`, also for a spacing, which a planet brings along.
     pub fn parse(recipe: &str, options: &ReadOptions) -> Result<Self, HeightError> {
+        let made = Self::parse_any_size(recipe, options)?;
+        made.count(options)?;
+        Ok(made)
+    }
+
+    /// The same without a limit on the number of samples.
+    pub(crate) fn parse_any_size(recipe: &str, options: &ReadOptions) -> Result<Self, HeightError> {
         let (name, query) = recipe.split_once('?').unwrap_or((recipe, ""));
         if name != NAME {
             return Err(HeightError::UnknownProcedural {
@@ -91,8 +100,8 @@ impl Planet {
         Ok(made)
     }
 
-    /// Columns, and the number of samples; checked.
-    fn check(&self, options: &ReadOptions) -> Result<(usize, usize), HeightError> {
+    /// Refuses numbers that make no planet.
+    fn check(&self, options: &ReadOptions) -> Result<(), HeightError> {
         options.check()?;
         if let Some(value) = options.spacing_m {
             return Err(HeightError::BadOption {
@@ -107,10 +116,18 @@ impl Planet {
             let value = self.amp.to_string();
             return Err(HeightError::BadParameter { kind: NAME, name: "amp".to_owned(), value, expected });
         }
-        let width = self.size.saturating_sub(1).saturating_mul(2);
+        Ok(())
+    }
+
+    /// Columns.
+    pub(crate) fn width(&self) -> usize {
+        self.size.saturating_sub(1).saturating_mul(2)
+    }
+
+    /// The number of samples, checked.
+    fn count(&self, options: &ReadOptions) -> Result<usize, HeightError> {
         let subject = format!("procedural:{NAME}");
-        let count = alloc::sample_count(&subject, width as u64, self.size as u64, options.max_samples)?;
-        Ok((width, count))
+        alloc::sample_count(&subject, self.width() as u64, self.size as u64, options.max_samples)
     }
 
     /// The whole grid, made on all cores, under the default size limit.
@@ -124,42 +141,57 @@ impl Planet {
     ///
     /// Errors: as [`Self::to_grid`], and `BadOption`.
     pub fn to_grid_with(&self, options: &ReadOptions) -> Result<HeightGrid, HeightError> {
-        let (width, count) = self.check(options)?;
-        let step = 180.0 / (self.size - 1) as f64;
+        self.check(options)?;
+        let count = self.count(options)?;
         let z = ZMap::IDENTITY.then_options(options);
         let mut heights_m: Vec<f32> = alloc::zeroed(&format!("procedural:{NAME}"), count)?;
-        heights_m.par_chunks_mut(width).enumerate().for_each(|(j, row)| {
-            let pole = j == 0 || j == self.size - 1;
-            let (sin, cos) = (step * j as f64 - 90.0).to_radians().sin_cos();
-            // Exactly, so that a row at a pole is one point and has one height.
-            let (sin, cos) = if pole { (sin.signum(), 0.0) } else { (sin, cos) };
-            for (i, h) in row.iter_mut().enumerate() {
-                let (east, prime) = (step * i as f64 - 180.0).to_radians().sin_cos();
-                let metres = self.height_m([cos * prime, cos * east, sin], step.to_radians());
-                *h = z.metres(metres).unwrap_or(0.0);
-            }
-        });
-        let metres_per_degree = metres_per_degree(0.0);
-        let [mx, my] = metres_per_degree;
-        let degrees = Degrees { west: -180.0, south: -90.0, step: [step; 2], metres_per_degree };
-        let crs = Some("EPSG:4326".to_owned());
+        let rows = heights_m.par_chunks_mut(self.width()).enumerate();
+        rows.for_each(|(j, row)| self.fill_row([0, j as u64], z, row));
+        let Located { georeference, origin_m, spacing_m } = self.located();
         Ok(HeightGrid {
-            width,
+            width: self.width(),
             height: self.size,
             heights_m,
             valid: None,
-            spacing_m: [step * mx, step * my],
-            origin_m: [-180.0 * mx, -90.0 * my],
+            spacing_m,
+            origin_m,
+            georeference,
+            dtype: DTYPE,
+            format: "procedural",
+        })
+    }
+
+    /// Where the samples lie; for sizes of at least 2.
+    pub(crate) fn located(&self) -> Located {
+        let step = 180.0 / (self.size - 1) as f64;
+        let metres_per_degree = metres_per_degree(0.0);
+        let [mx, my] = metres_per_degree;
+        let degrees = Degrees { west: -180.0, south: -90.0, step: [step; 2], metres_per_degree };
+        Located {
             georeference: Georeference {
-                crs,
+                crs: Some("EPSG:4326".to_owned()),
                 degrees: Some(degrees),
                 unit: "degree",
                 georeferenced: true,
                 pixel_is_point: true,
             },
-            dtype: "int16",
-            format: "procedural",
-        })
+            origin_m: [-180.0 * mx, -90.0 * my],
+            spacing_m: [step * mx, step * my],
+        }
+    }
+
+    /// Heights of part of row `j`, from column `i` on, mapped by `z`.
+    pub(crate) fn fill_row(&self, [i, j]: [u64; 2], z: ZMap, row: &mut [f32]) {
+        let step = 180.0 / (self.size - 1) as f64;
+        let pole = j == 0 || j == (self.size - 1) as u64;
+        let (sin, cos) = (step * j as f64 - 90.0).to_radians().sin_cos();
+        // Exactly, so that a row at a pole is one point and has one height.
+        let (sin, cos) = if pole { (sin.signum(), 0.0) } else { (sin, cos) };
+        for (i, h) in (i..).zip(row) {
+            let (east, prime) = (step * i as f64 - 180.0).to_radians().sin_cos();
+            let metres = self.height_m([cos * prime, cos * east, sin], step.to_radians());
+            *h = z.metres(metres).unwrap_or(0.0);
+        }
     }
 
     /// Height in whole metres in a direction (unit length), with detail down to `spacing` radians.
@@ -183,49 +215,6 @@ impl Planet {
         let metres = plains - shelf - floor + chains + rough;
         (self.amp * metres.clamp(BOUNDS_M[0], BOUNDS_M[1])).round() + 0.0
     }
-}
-
-/// Octaves of a sum that starts at `frequency`, down to waves of two spacings (waves are about two
-/// lattice cells long), but no fewer than `least`.
-fn octaves(frequency: f64, spacing: f64, least: u32) -> u32 {
-    let most = (1.0 / (frequency * spacing)).log2().floor().max(0.0);
-    (most as u32 + 1).clamp(least, OCTAVES)
-}
-
-/// Sum of octaves of [`gradient`], each twice as fine and `gain` as tall; mostly in [-1, 1].
-fn fractal(seed: u64, mut p: [f64; 3], gain: f64, octaves: u32) -> f64 {
-    let (mut sum, mut amplitude) = (0.0, 1.0);
-    for octave in 0..octaves {
-        sum += amplitude * gradient(seed.wrapping_add(u64::from(octave) << 20), p);
-        amplitude *= gain;
-        // Twice a rotation about (1, 1, 1) and an offset, so that lattices of octaves never align.
-        let [x, y, z] = p;
-        p = [
-            1.8213672 * x - 0.4880338 * y + 0.6666667 * z + 5.3,
-            0.6666667 * x + 1.8213672 * y - 0.4880338 * z - 2.9,
-            -0.4880338 * x + 0.6666667 * y + 1.8213672 * z + 8.1,
-        ];
-    }
-    sum
-}
-
-/// Gradient noise in space with wavelength about 2, mostly in [-1, 1].
-fn gradient(seed: u64, p: [f64; 3]) -> f64 {
-    let cell = p.map(f64::floor);
-    let f = [p[0] - cell[0], p[1] - cell[1], p[2] - cell[2]];
-    let at = cell.map(|c| c as i64);
-    let corner = |ox: i64, oy: i64, oz: i64| {
-        let plane = seed.wrapping_add((at[2].wrapping_add(oz) as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f));
-        let h = hash(plane, at[0].wrapping_add(ox), at[1].wrapping_add(oy));
-        let part = |shift: u32| f64::from((h >> shift) as u32 & 0x1f_ffff) / 1_048_576.0 - 1.0;
-        part(0) * (f[0] - ox as f64) + part(21) * (f[1] - oy as f64) + part(42) * (f[2] - oz as f64)
-    };
-    // The quintic fade has a continuous second derivative, so slopes show no lattice planes.
-    let [u, v, w] = f.map(|t| t * t * t * (t * (t * 6.0 - 15.0) + 10.0));
-    let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
-    let row = |oy, oz| mix(corner(0, oy, oz), corner(1, oy, oz), u);
-    let plane = |oz| mix(row(0, oz), row(1, oz), v);
-    1.5 * mix(plane(0), plane(1), w)
 }
 
 #[cfg(test)]

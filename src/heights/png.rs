@@ -10,25 +10,32 @@ use image::{ColorType, ImageDecoder, Limits};
 use super::raster::{Placement, Raster, ZMap};
 use super::{HeightError, HeightGrid, ReadOptions, alloc};
 
-const FORMAT: &str = "PNG";
+pub(crate) const FORMAT: &str = "PNG";
 
-/// Reads an 8 or 16 bit grey PNG; a sample of the transparent grey (tRNS) is void.
+/// What the first bytes of a file say.
+pub(crate) struct Head {
+    pub(crate) size: [u32; 2],
+    /// 1 or 2.
+    pub(crate) sample_bytes: usize,
+    /// Name of the sample type.
+    pub(crate) dtype: &'static str,
+    pub(crate) interlaced: bool,
+}
+
+/// Reads the header of an 8 or 16 bit grey PNG, and stands at the start of the file again.
 ///
-/// Errors: `NotElevation` for colour and alpha, `Unsupported` under 8 bits, `Malformed`,
-/// `TooSmall`, `TooLarge`, `OutOfMemory`, `Io`.
-pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<HeightGrid, HeightError> {
-    let bad = |e: image::ImageError| HeightError::malformed(path, FORMAT, e);
-    let io = |e| HeightError::io(path, e);
-    let mut file = File::open(path).map_err(io)?;
+/// Errors: `NotElevation` for colour and alpha, `Unsupported` under 8 bits, `Malformed`, `Io`.
+pub(crate) fn head(path: &Path, file: &mut File) -> Result<Head, HeightError> {
     // The decoder widens everything to at least 8 bits and hides what it was, so the header is
-    // looked at here: bit depth and colour type are bytes 24 and 25.
-    let mut header = [0_u8; 26];
+    // looked at here: columns and rows are 4 bytes each from byte 16 on, bit depth and colour type
+    // bytes 24 and 25, and byte 28 tells whether rows are interlaced.
+    let mut header = [0_u8; 29];
     file.read_exact(&mut header)
         .map_err(|_| HeightError::malformed(path, FORMAT, "cut off in the header"))?;
-    file.rewind().map_err(io)?;
-    let dtype = match (header[25], header[24]) {
-        (0, 8) => "byte",
-        (0, 16) => "uint16",
+    file.rewind().map_err(|e| HeightError::io(path, e))?;
+    let (dtype, sample_bytes) = match (header[25], header[24]) {
+        (0, 8) => ("byte", 1),
+        (0, 16) => ("uint16", 2),
         (0, depth @ (1 | 2 | 4)) => {
             return Err(HeightError::Unsupported {
                 path: path.to_owned(),
@@ -51,6 +58,22 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<HeightGrid, Hei
             });
         }
     };
+    let side = |at: usize| header[at..at + 4].iter().fold(0_u32, |n, &byte| n << 8 | u32::from(byte));
+    Ok(Head { size: [side(16), side(20)], sample_bytes, dtype, interlaced: header[28] != 0 })
+}
+
+/// Where such files lie: they do not say.
+pub(crate) fn placement() -> Placement {
+    Placement::Unknown { crs: None, pixel_is_point: true }
+}
+
+/// Reads an 8 or 16 bit grey PNG; a sample of the transparent grey (tRNS) is void.
+///
+/// Errors: those of [`head`], `TooSmall`, `TooLarge`, `OutOfMemory`.
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<HeightGrid, HeightError> {
+    let bad = |e: image::ImageError| HeightError::malformed(path, FORMAT, e);
+    let mut file = File::open(path).map_err(|e| HeightError::io(path, e))?;
+    let dtype = head(path, &mut file)?.dtype;
     let mut limits = Limits::no_limits();
     // Rows and text chunks only: the pixels go into a buffer of ours.
     limits.max_alloc = Some(options.max_samples.saturating_mul(8).max(1 << 20));
@@ -88,6 +111,5 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<HeightGrid, Hei
             raster.put(row, i % raster.width, sample(grey));
         }
     }
-    let placement = Placement::Unknown { crs: None, pixel_is_point: true };
-    raster.finish(path, placement, dtype, FORMAT, options)
+    raster.finish(path, placement(), dtype, FORMAT, options)
 }

@@ -8,10 +8,11 @@ use tiff::decoder::DecodingResult;
 use tiff::tags::Tag;
 
 use super::gdal_tags::Nodata;
-use super::geotiff::{Chunk, check, chunk_table, decoder, raw_tag};
+use super::geotiff::{SPARSE, chunk_table, decoder, raw_tag};
 use super::positions::{MAX_NODES, PositionGrid};
+use super::tiff_check::{MAX_BLOCK_BYTES, Purpose, check};
 use super::tiff_probe::{Probe, probe};
-use super::{HeightError, ReadOptions, alloc};
+use super::{HeightError, alloc};
 
 const FORMAT: &str = "TIFF of positions";
 /// x, y and z.
@@ -62,10 +63,10 @@ impl PositionGrid {
         }
         // Three floats are no colours, though writers tend to call them RGB.
         let photometric = if layout.photometric == Some(2) { Some(1) } else { layout.photometric };
-        let options = ReadOptions { max_samples: MAX_NODES, ..ReadOptions::default() };
-        check(path, &Probe { photometric, ..layout.clone() }, &options)?;
+        let purpose = Purpose::Whole { max_samples: MAX_NODES };
+        check(path, &Probe { photometric, ..layout.clone() }, purpose)?;
         file.rewind().map_err(io)?;
-        let mut decoder = decoder(file, &layout).map_err(|e| malformed(&e))?;
+        let mut decoder = decoder(file, &layout, MAX_BLOCK_BYTES).map_err(|e| malformed(&e))?;
         let nodata = match raw_tag(&mut decoder, Tag::GdalNodata, 256).map_err(|e| malformed(&e))? {
             Some(text) => {
                 Nodata::parse(&text).map_err(|text| malformed(&format!("nodata `{text}` is no number")))?
@@ -89,7 +90,7 @@ impl PositionGrid {
             return Err(malformed(&format!("{} blocks where {} are needed", chunks.len(), plane * planes)));
         }
         for (number, chunk) in chunks.iter().enumerate().take(plane * planes) {
-            if *chunk == Chunk::Sparse {
+            if *chunk == SPARSE {
                 continue;
             }
             let data = decoder

@@ -81,6 +81,13 @@ impl Procedural {
     /// Errors: `UnknownProcedural`, `UnknownParameter`, `BadParameter`, `TooSmall`, `TooLarge`,
     /// `BadOption`.
     pub fn parse(recipe: &str, options: &ReadOptions) -> Result<Self, HeightError> {
+        let made = Self::parse_any_size(recipe, options)?;
+        made.check(options)?;
+        Ok(made)
+    }
+
+    /// The same without a limit on the number of samples.
+    pub(crate) fn parse_any_size(recipe: &str, options: &ReadOptions) -> Result<Self, HeightError> {
         options.check()?;
         let (name, query) = recipe.split_once('?').unwrap_or((recipe, ""));
         let kinds = ProceduralKind::ALL;
@@ -106,7 +113,7 @@ impl Procedural {
             seen.push(key);
             made.set(key, value)?;
         }
-        made.check(options)?;
+        made.check_spacing()?;
         Ok(made)
     }
 
@@ -151,18 +158,19 @@ impl Procedural {
         Ok(())
     }
 
+    fn check_spacing(&self) -> Result<(), HeightError> {
+        if super::grid::SPACING_M.contains(&self.spacing_m) {
+            return Ok(());
+        }
+        let expected = "metres from 1e-6 to 1e9";
+        Err(HeightError::BadOption { name: "spacing", value: self.spacing_m, expected })
+    }
+
     /// The number of samples, checked.
     fn check(&self, options: &ReadOptions) -> Result<usize, HeightError> {
+        self.check_spacing()?;
         let subject = format!("procedural:{}", self.kind.name());
-        let (width, height) = (self.width as u64, self.height as u64);
-        if !super::grid::SPACING_M.contains(&self.spacing_m) {
-            return Err(HeightError::BadOption {
-                name: "spacing",
-                value: self.spacing_m,
-                expected: "metres from 1e-6 to 1e9",
-            });
-        }
-        alloc::sample_count(&subject, width, height, options.max_samples)
+        alloc::sample_count(&subject, self.width as u64, self.height as u64, options.max_samples)
     }
 
     /// Height in metres of the sample in column `i` (from west) and row `j` (from south), also
@@ -200,12 +208,7 @@ impl Procedural {
         let z = ZMap::IDENTITY.then_options(options);
         let mut heights_m: Vec<f32> = alloc::zeroed(&subject, count)?;
         let rows = heights_m.par_chunks_mut(self.width).enumerate();
-        rows.for_each(|(j, row)| {
-            for (i, h) in row.iter_mut().enumerate() {
-                let raw = self.height_m(i as i64, j as i64);
-                *h = z.metres(f64::from(raw)).unwrap_or(0.0);
-            }
-        });
+        rows.for_each(|(j, row)| self.fill_row([0, j as u64], z, row));
         Ok(HeightGrid {
             width: self.width,
             height: self.height,
@@ -217,5 +220,13 @@ impl Procedural {
             dtype: "float32",
             format: "procedural",
         })
+    }
+
+    /// Heights of part of row `j`, from column `i` on, mapped by `z`.
+    pub(crate) fn fill_row(&self, [i, j]: [u64; 2], z: ZMap, row: &mut [f32]) {
+        for (i, h) in (i as i64..).zip(row) {
+            let raw = self.height_m(i, j as i64);
+            *h = z.metres(f64::from(raw)).unwrap_or(0.0);
+        }
     }
 }

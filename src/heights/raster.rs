@@ -28,8 +28,13 @@ impl ZMap {
 
     /// One height in metres; `None` if it is not a finite `f32`.
     pub(crate) fn metres(self, raw: f64) -> Option<f32> {
-        let h = if self == Self::IDENTITY { raw as f32 } else { (raw * self.scale + self.offset) as f32 };
+        let h = if self == Self::IDENTITY { raw as f32 } else { self.apply(raw) };
         h.is_finite().then_some(h)
+    }
+
+    /// One height in metres by scale and offset, also where that changes nothing.
+    pub(crate) fn apply(self, raw: f64) -> f32 {
+        (raw * self.scale + self.offset) as f32
     }
 }
 
@@ -65,6 +70,68 @@ pub(crate) enum Placement {
         /// Raster type of the source.
         pixel_is_point: bool,
     },
+}
+
+/// Where a raster lies, in metres.
+pub(crate) struct Located {
+    pub(crate) georeference: Georeference,
+    pub(crate) origin_m: [f64; 2],
+    pub(crate) spacing_m: [f64; 2],
+}
+
+impl Placement {
+    /// The place of a raster of `height` rows. Errors: `AlreadyGeoreferenced`, and `Malformed` for
+    /// an impossible place.
+    pub(crate) fn locate(
+        self,
+        path: &Path,
+        height: u64,
+        format: &'static str,
+        options: &ReadOptions,
+    ) -> Result<Located, HeightError> {
+        let (georeference, origin_m, spacing_m) = match self {
+            Self::Unknown { crs, pixel_is_point } => {
+                let georeference = Georeference { crs, pixel_is_point, ..Georeference::none() };
+                (georeference, [0.0; 2], [options.spacing_m.unwrap_or(1.0); 2])
+            }
+            Self::Metres { crs, origin, step, pixel_is_point } => {
+                let georeference =
+                    Georeference { crs, degrees: None, unit: "metre", georeferenced: true, pixel_is_point };
+                (georeference, origin, step)
+            }
+            Self::Degrees { crs, origin: [west, south], step, pixel_is_point } => {
+                let centre = south + 0.5 * step[1] * height.saturating_sub(1) as f64;
+                if centre.is_nan() || centre.abs() > 89.9 {
+                    let detail = format!("centre latitude {centre} leaves no plane around it");
+                    return Err(HeightError::malformed(path, format, detail));
+                }
+                let metres_per_degree = metres_per_degree(centre);
+                let georeference = Georeference {
+                    crs,
+                    degrees: Some(Degrees { west, south, step, metres_per_degree }),
+                    unit: "degree",
+                    georeferenced: true,
+                    pixel_is_point,
+                };
+                let [mx, my] = metres_per_degree;
+                (georeference, [west * mx, south * my], [step[0] * mx, step[1] * my])
+            }
+        };
+        let usable = origin_m.iter().all(|v| v.is_finite())
+            && spacing_m.iter().all(|v| super::grid::SPACING_M.contains(v));
+        if !usable {
+            let detail = format!("spacing {spacing_m:?} m at {origin_m:?} m");
+            return Err(HeightError::malformed(path, format, detail));
+        }
+        if georeference.georeferenced && options.spacing_m.is_some() {
+            return Err(HeightError::AlreadyGeoreferenced {
+                path: path.to_owned(),
+                east_m: spacing_m[0],
+                north_m: spacing_m[1],
+            });
+        }
+        Ok(Located { georeference, origin_m, spacing_m })
+    }
 }
 
 /// Samples on their way into a grid. Starts all void, and all memory untouched.
@@ -111,7 +178,26 @@ impl Raster {
         }
     }
 
-    /// The grid. Errors: `AlreadyGeoreferenced`, and `Malformed` for an impossible place.
+    /// Sets samples of `row` (0 = south) from `col` on to heights in metres, of which those that
+    /// are not finite stay void; does nothing outside the raster.
+    /// To be called at most once for a sample.
+    pub(crate) fn put_row(&mut self, row: usize, col: usize, heights: &[f32]) {
+        if row >= self.height || col >= self.width {
+            return;
+        }
+        let start = row * self.width + col;
+        let end = start + heights.len().min(self.width - col);
+        let targets = self.heights[start..end].iter_mut().zip(&mut self.valid[start..end]);
+        for ((target, valid), &h) in targets.zip(heights) {
+            if h.is_finite() {
+                *target = h;
+                *valid = true;
+                self.valid_count += 1;
+            }
+        }
+    }
+
+    /// The grid. Errors: as [`Placement::locate`].
     pub(crate) fn finish(
         self,
         path: &Path,
@@ -120,47 +206,8 @@ impl Raster {
         format: &'static str,
         options: &ReadOptions,
     ) -> Result<HeightGrid, HeightError> {
-        let (georeference, origin_m, spacing_m) = match placement {
-            Placement::Unknown { crs, pixel_is_point } => {
-                let georeference = Georeference { crs, pixel_is_point, ..Georeference::none() };
-                (georeference, [0.0; 2], [options.spacing_m.unwrap_or(1.0); 2])
-            }
-            Placement::Metres { crs, origin, step, pixel_is_point } => {
-                let georeference =
-                    Georeference { crs, degrees: None, unit: "metre", georeferenced: true, pixel_is_point };
-                (georeference, origin, step)
-            }
-            Placement::Degrees { crs, origin: [west, south], step, pixel_is_point } => {
-                let centre = south + 0.5 * step[1] * (self.height - 1) as f64;
-                if centre.is_nan() || centre.abs() > 89.9 {
-                    let detail = format!("centre latitude {centre} leaves no plane around it");
-                    return Err(HeightError::malformed(path, format, detail));
-                }
-                let metres_per_degree = metres_per_degree(centre);
-                let georeference = Georeference {
-                    crs,
-                    degrees: Some(Degrees { west, south, step, metres_per_degree }),
-                    unit: "degree",
-                    georeferenced: true,
-                    pixel_is_point,
-                };
-                let [mx, my] = metres_per_degree;
-                (georeference, [west * mx, south * my], [step[0] * mx, step[1] * my])
-            }
-        };
-        let usable = origin_m.iter().all(|v| v.is_finite())
-            && spacing_m.iter().all(|v| super::grid::SPACING_M.contains(v));
-        if !usable {
-            let detail = format!("spacing {spacing_m:?} m at {origin_m:?} m");
-            return Err(HeightError::malformed(path, format, detail));
-        }
-        if georeference.georeferenced && options.spacing_m.is_some() {
-            return Err(HeightError::AlreadyGeoreferenced {
-                path: path.to_owned(),
-                east_m: spacing_m[0],
-                north_m: spacing_m[1],
-            });
-        }
+        let Located { georeference, origin_m, spacing_m } =
+            placement.locate(path, self.height as u64, format, options)?;
         Ok(HeightGrid {
             width: self.width,
             height: self.height,
