@@ -33,6 +33,12 @@ impl MemoryPyramid {
                 }
             }
         }
+        Self::from_samples(samples, size, prefilter)
+    }
+
+    /// As [`MemoryPyramid::new`], from samples with [`VOID`] where there is none.
+    #[must_use]
+    pub fn from_samples(samples: Vec<f32>, size: [usize; 2], prefilter: Prefilter) -> Self {
         let has_voids = samples.contains(&VOID);
         // Of what is left: a sample that happens to be the mark for voids is one.
         let valid = samples.iter().filter(|h| **h != VOID).map(|h| [*h; 2]);

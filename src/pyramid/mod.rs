@@ -10,6 +10,9 @@ mod points;
 mod prefilter;
 mod ring;
 mod scaled;
+#[cfg(feature = "store")]
+pub mod store;
+mod streaming;
 
 pub use globe::{Globe, GlobeError, GlobeFace};
 pub use memory::MemoryPyramid;
@@ -17,6 +20,7 @@ pub use points::PointHeights;
 pub use prefilter::Prefilter;
 pub use ring::{Ring, RingChart};
 pub use scaled::Scaled;
+pub use streaming::{LevelWish, StreamCounters, Streaming};
 
 use crate::clipmap::{Lattice, Rect};
 
@@ -42,6 +46,23 @@ pub trait SampleSource: Send + Sync {
     /// `Some(s)` when every sample of every level is a whole multiple of `s` metres that fits an `i16`
     /// (voids aside), so that it may travel as two bytes.
     fn step_m(&self) -> Option<f32> {
+        None
+    }
+
+    /// As [`SampleSource::read`], but waits for samples that are not there yet. Never for use in a frame.
+    fn read_now(&self, level: u32, rect: Rect, out: &mut Vec<f32>) {
+        self.read(level, rect, out);
+    }
+
+    /// The streaming side of a source whose samples arrive in the background; then [`SampleSource::read`]
+    /// gives what is there, and the next coarser level's surface where nothing is.
+    fn streaming(&self) -> Option<&dyn Streaming> {
+        None
+    }
+
+    /// Lowest and highest height somewhere around a base sample, metres, where that is known without reading;
+    /// a function of the place alone, whatever has arrived.
+    fn relief_near(&self, _base: [i32; 2]) -> Option<[f32; 2]> {
         None
     }
 

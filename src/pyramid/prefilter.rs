@@ -44,7 +44,7 @@ pub(super) fn halve(fine: &[f32], size: [usize; 2], how: Prefilter) -> (Vec<f32>
     (out, coarse)
 }
 
-fn low_pass(fine: &[f32], size: [usize; 2], [x, y]: [usize; 2]) -> f32 {
+pub(super) fn low_pass(fine: &[f32], size: [usize; 2], [x, y]: [usize; 2]) -> f32 {
     let (mut sum, mut weights) = (0.0_f64, 0.0_f64);
     for dy in -1_isize..=1 {
         for dx in -1_isize..=1 {

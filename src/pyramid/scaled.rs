@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{SampleSource, VOID};
+use super::{SampleSource, Streaming, VOID};
 use crate::clipmap::{Lattice, Rect};
 
 /// Another source's heights times a factor: vertical exaggeration. 0 flattens, below 0 turns mountains
@@ -12,6 +12,15 @@ pub struct Scaled {
     pub source: Arc<dyn SampleSource>,
     /// The factor.
     pub factor: f32,
+}
+
+impl Scaled {
+    fn scale(&self, heights_m: &mut [f32]) {
+        for h in heights_m.iter_mut().filter(|h| **h != VOID) {
+            // Adding 0 turns a negative zero into a plain one: equal heights have equal bits.
+            *h = *h * self.factor + 0.0;
+        }
+    }
 }
 
 impl SampleSource for Scaled {
@@ -26,10 +35,22 @@ impl SampleSource for Scaled {
     fn read(&self, level: u32, rect: Rect, out: &mut Vec<f32>) {
         let from = out.len();
         self.source.read(level, rect, out);
-        for h in out[from..].iter_mut().filter(|h| **h != VOID) {
-            // Adding 0 turns a negative zero into a plain one: equal heights have equal bits.
-            *h = *h * self.factor + 0.0;
-        }
+        self.scale(&mut out[from..]);
+    }
+
+    fn read_now(&self, level: u32, rect: Rect, out: &mut Vec<f32>) {
+        let from = out.len();
+        self.source.read_now(level, rect, out);
+        self.scale(&mut out[from..]);
+    }
+
+    fn streaming(&self) -> Option<&dyn Streaming> {
+        self.source.streaming()
+    }
+
+    fn relief_near(&self, base: [i32; 2]) -> Option<[f32; 2]> {
+        let [low, high] = self.source.relief_near(base)?.map(|h| h * self.factor + 0.0);
+        Some([low.min(high), low.max(high)])
     }
 
     fn height_range(&self) -> Option<[f32; 2]> {

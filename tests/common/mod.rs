@@ -1,6 +1,8 @@
 //! What the tests share.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod stores;
+
 use tessclip::gpu::Gpu;
 use tessclip::heights::{HeightGrid, ReadOptions, open_terrain};
 
