@@ -6,6 +6,7 @@
 //! heights    a DEM or a procedural terrain      -> HeightGrid
 //! surface    chart (u, v, h) <-> position       (f64: plane, ellipsoid, cylinder, torus, sampled)
 //! pyramid    HeightGrid                         -> levels, read by rectangles
+//! stream     store                              -> tiles as they arrive, in the background
 //! clipmap    camera                             -> windows, refill strips       (pure, integer)
 //! quads      windows                            -> control quads, patches, factors
 //! reference  CPU twins of the compute shaders
@@ -51,6 +52,8 @@ pub mod renderer;
 pub mod report;
 pub mod rivals;
 pub mod scene;
+#[cfg(feature = "store")]
+pub mod stream;
 pub mod surface;
 
 pub use camera::Camera;

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 /// The layers in order (design: section 5).
 const LAYERS: [&str; 7] = ["heights", "surface", "pyramid", "stream", "clipmap", "quads", "reference"];
 
-/// `pyramid` reads rectangles of a lattice, which `clipmap` defines: the one name taken from below.
-const ALLOWED: [(&str, &str); 2] = [("pyramid", "clipmap"), ("clipmap", "clipmap")];
+/// `pyramid` and `stream` read rectangles of a lattice, which `clipmap` defines: the one name taken from below.
+const ALLOWED: [(&str, &str); 3] = [("pyramid", "clipmap"), ("stream", "clipmap"), ("clipmap", "clipmap")];
 
 fn sources(dir: &Path, out: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(dir).expect("a readable folder") {
