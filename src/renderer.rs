@@ -5,7 +5,9 @@
 mod curve;
 mod inspect;
 mod place;
+mod streaming;
 mod upload;
+mod wait;
 
 pub use self::place::LEAST_WINDOW;
 
@@ -38,6 +40,14 @@ pub enum RenderError {
     /// The camera cannot be drawn with.
     #[error(transparent)]
     Pose(#[from] PoseError),
+    /// All that one picture needs does not fit the tile cache at once.
+    #[error("this view needs {needed} bytes of tiles at once and the cache has {limit}: raise --cache-mb")]
+    CacheTooSmall {
+        /// Bytes of all tiles.
+        needed: u64,
+        /// Bytes of the cache.
+        limit: u64,
+    },
 }
 
 /// Where a frame is drawn to; both views have the same size and one sample.
@@ -63,9 +73,12 @@ pub struct Renderer {
     passes: Vec<ComputePass>,
     draw: DrawTerrain,
     state: Option<State>,
-    /// Windows whose samples lie on the GPU: those of the last recorded frame. A frame that is prepared
+    /// Origins of the windows whose samples lie on the GPU, by chart and level. A frame that is prepared
     /// but never recorded leaves nothing behind.
-    resident: Option<ChartWindows>,
+    resident: Vec<Vec<Option<[i32; 2]>>>,
+    stream: streaming::StreamState,
+    /// Levels that the last prepared frame could not draw yet.
+    missing_levels: u32,
     work: FrameWork,
     staging: Vec<u32>,
     /// Curved surfaces only: what of them the GPU holds.
@@ -152,7 +165,9 @@ impl Renderer {
             passes,
             draw,
             state: None,
-            resident: None,
+            resident: Vec::new(),
+            stream: streaming::StreamState::default(),
+            missing_levels: 0,
             work: FrameWork::default(),
             staging: Vec::new(),
             curve,
@@ -230,13 +245,14 @@ impl Renderer {
     /// When the camera holds numbers that cannot be drawn with.
     pub fn prepare(&mut self, camera: &Camera, size_px: [u32; 2]) -> Result<FrameUpload, RenderError> {
         camera.validate()?;
-        let windows = self.place(camera);
-        let old = self.state.as_ref().map(|s| s.windows.clone());
-        let resident = self.resident.clone();
         let mut upload = FrameUpload::default();
+        let windows = self.place(camera);
+        let windows = self.follow_stream(windows, &mut upload);
+        self.missing_levels = upload.levels_missing;
+        let old = self.state.as_ref().map(|s| s.windows.clone());
         self.upload_control(old.as_ref(), &windows, &mut upload);
         self.upload_records(&windows, &mut upload);
-        let shifted = self.upload_strips(resident.as_ref(), &windows, &mut upload);
+        let shifted = self.upload_strips(&windows, &mut upload);
         let state = self.state_for(camera, windows, size_px, &shifted);
         self.upload_frame(camera, &state, &shifted, size_px);
         upload.uniform_bytes =
@@ -286,6 +302,7 @@ impl Renderer {
                 spacing_m: self.terrain.spacing_m.map(|v| v as f32),
                 eye_samples: [0, 1].map(|a| (at[a] - f64::from(anchor[a])) as f32),
                 morph: self.scene.morph,
+                fades: self.stream.fades,
             }),
             frustum: Frustum { planes: Camera::planes(&clip) },
             anchor_m,
@@ -331,7 +348,27 @@ impl Renderer {
         // Recorded once: a second recording without `prepare` must not refill again.
         self.work =
             FrameWork { lanes: self.work.lanes, bounds_side: self.work.bounds_side, ..FrameWork::default() };
-        self.resident = self.state.as_ref().map(|s| s.windows.clone());
+        self.commit_windows();
+    }
+
+    /// What was just recorded lies on the GPU from now on.
+    fn commit_windows(&mut self) {
+        let Some(state) = &self.state else { return };
+        let streamed = self.terrain.source.streaming().is_some();
+        let levels = self.shape.levels();
+        self.resident.resize(state.windows.charts.len(), vec![None; levels as usize]);
+        for (held, windows) in self.resident.iter_mut().zip(&state.windows.charts) {
+            for level in 0..levels {
+                let asleep = windows.sleeps && level < windows.finest;
+                // A streamed level that waits for samples keeps what it has: that need not be sent again.
+                if !asleep {
+                    held[level as usize] = Some(windows.origins[level as usize]);
+                } else if !streamed {
+                    held[level as usize] = None;
+                }
+            }
+        }
+        self.stream.commit();
     }
 
     fn record_draw(
@@ -431,11 +468,17 @@ impl Renderer {
         }
         self.draw.rebind(&self.device, &self.buffers);
         // The new buffers are empty: everything is sent again with the next frame.
+        self.forget_windows();
+        Ok(true)
+    }
+
+    /// Nothing of any window lies on the GPU any more.
+    fn forget_windows(&mut self) {
         self.state = None;
-        self.resident = None;
+        self.resident.clear();
+        self.stream.forget();
         if let Some(curve) = &mut self.curve {
             curve.forget();
         }
-        Ok(true)
     }
 }

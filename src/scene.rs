@@ -41,6 +41,20 @@ impl Terrain {
         }
     }
 
+    /// A store on a plane, streamed: of any size, only what windows need is ever in memory.
+    #[cfg(feature = "store")]
+    #[must_use]
+    pub fn streamed(source: crate::stream::TileSource) -> Self {
+        let place = source.store().manifest().place.clone();
+        Self {
+            source: Arc::new(source),
+            spacing_m: place.spacing_m,
+            origin_m: place.origin_m,
+            degrees: place.georeference().degrees,
+            curved: None,
+        }
+    }
+
     /// A grid on any base surface but a sampled one.
     ///
     /// # Errors
@@ -177,19 +191,39 @@ impl Terrain {
     }
 
     /// Height of the nearest base sample under a world point, clamped to the data; metres. Over a void
-    /// the nearest sample of the next coarser level that has one; `None` only where all are void.
+    /// the nearest sample of the next coarser level that has one; `None` only where all are void. Of a
+    /// streamed terrain, what has arrived.
     #[must_use]
     pub fn ground_height_m(&self, x_m: f64, y_m: f64) -> Option<f32> {
-        let lattice = self.source.lattice();
-        let last = lattice.last;
+        self.ground_by(x_m, y_m, |level, node| self.source.sample(level, node))
+    }
+
+    /// A height that the ground near a world point does not pass; that of the nearest sample where all are in
+    /// memory. Never depends on what has arrived.
+    pub(crate) fn ground_bound_m(&self, x_m: f64, y_m: f64) -> Option<f32> {
+        match self.source.relief_near(self.nearest_sample(x_m, y_m)) {
+            Some([_, high]) => Some(high),
+            None if self.source.streaming().is_some() => self.source.height_range().map(|r| r[1]),
+            None => self.ground_height_m(x_m, y_m),
+        }
+    }
+
+    fn nearest_sample(&self, x_m: f64, y_m: f64) -> [i32; 2] {
+        let last = self.source.lattice().last;
         let at = self.samples_from_world(DVec3::new(x_m, y_m, 0.0));
         #[expect(clippy::cast_possible_truncation, reason = "clamped to the lattice")]
         let index = [0, 1].map(|a| at[a].round().clamp(0.0, f64::from(last[a])) as i32);
+        index
+    }
+
+    fn ground_by(&self, x_m: f64, y_m: f64, sample: impl Fn(u32, [i32; 2]) -> f32) -> Option<f32> {
+        let lattice = self.source.lattice();
+        let index = self.nearest_sample(x_m, y_m);
         (0..=lattice.coarsest_level())
             .map(|level| {
                 let end = lattice.last_at(level);
                 let node = [0, 1].map(|a| ((index[a] + (1 << level >> 1)) >> level).min(end[a]));
-                self.source.sample(level, node)
+                sample(level, node)
             })
             .find(|h| *h != crate::pyramid::VOID)
             .or_else(|| self.source.height_range().map(|r| r[1]))

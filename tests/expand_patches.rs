@@ -49,6 +49,7 @@ fn placement(terrain: &Terrain) -> Placement {
         spacing_m: [1.0, 1.0],
         eye_samples: [0.0, 0.0],
         morph: false,
+        fades: Default::default(),
     }
 }
 

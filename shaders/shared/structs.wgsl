@@ -35,7 +35,7 @@ struct Frame {
     vertex_capacity: u32,
     index_capacity: u32,
     shifted_levels: u32,           // bit l: the window of level l moved this frame
-    origins: array<vec4<i32>, 16>, // xy: low corner of each level's window in its own lattice
+    origins: array<vec4<i32>, 16>, // xy: low corner of each level's window in its own lattice; z: bits of an f32, the coarser surface's share
 }
 
 // What never changes of a control quad; its corners stand in a buffer of their own, because the L's are

@@ -33,20 +33,31 @@ impl Refill {
 /// Both must have the same shape and lattice.
 #[must_use]
 pub fn refill_strips(old: Option<&Windows>, new: &Windows) -> Refill {
+    let held = |level| old.filter(|o| !(o.sleeps && level < o.finest)).map(|o| o.window(level));
+    refill_from(held, new)
+}
+
+/// The strips that lead to `new` from the windows each level last held; `None` where it holds nothing.
+#[must_use]
+pub fn refill_from(held: impl Fn(u32) -> Option<Rect>, new: &Windows) -> Refill {
     let mut refill = Refill::default();
     for level in 0..new.shape.levels() {
-        let now = new.held(level);
-        let before = old.filter(|o| !(o.sleeps && level < o.finest)).map(|o| o.window(level));
+        let before = held(level);
         if before == Some(new.window(level)) || (new.sleeps && level < new.finest) {
             continue;
         }
         refill.shifted.push(level);
-        let kept = before.map_or(Rect { lo: [0, 0], hi: [-1, -1] }, |b| now.intersect(b));
-        for rect in difference(now, kept) {
-            refill.strips.push(Strip { level, rect });
-        }
+        refill.strips.extend(stale(before, new, level).into_iter().map(|rect| Strip { level, rect }));
     }
     refill
+}
+
+/// What a level lacks of its window when it holds the samples of another one.
+#[must_use]
+pub fn stale(before: Option<Rect>, new: &Windows, level: u32) -> Vec<Rect> {
+    let now = new.held(level);
+    let kept = before.map_or(Rect { lo: [0, 0], hi: [-1, -1] }, |b| now.intersect(b));
+    difference(now, kept)
 }
 
 /// The least samples a shift by `(dx, dy)` can send for one level of `n` x `n` samples:

@@ -1,5 +1,8 @@
 //! Finding an adapter and opening a device inside default WebGPU limits.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 /// What goes wrong with the GPU, with the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
@@ -52,6 +55,12 @@ pub enum GpuError {
     },
 }
 
+/// A use of the GPU that its rules forbid is a bug of ours.
+#[expect(clippy::panic, reason = "going on would draw something wrong in silence")]
+fn fault(text: &str) {
+    panic!("{text}");
+}
+
 /// A device of our own, for the command line and tests; an embedding engine brings its own.
 #[derive(Clone, Debug)]
 pub struct Gpu {
@@ -61,6 +70,7 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What it runs on.
     pub info: wgpu::AdapterInfo,
+    lost: Arc<AtomicBool>,
 }
 
 impl Gpu {
@@ -109,7 +119,33 @@ impl Gpu {
             })
             .await
             .map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
-        Ok(Self { device, queue, info })
+        let lost = Arc::new(AtomicBool::new(false));
+        let flag = lost.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            log::warn!("the GPU device was lost ({reason:?}): {message}");
+            flag.store(true, Ordering::Release);
+        });
+        let flag = lost.clone();
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            let text = error.to_string();
+            // Whatever is asked of a device that is gone fails, at first as a use of things that could not be
+            // made; that they could not would have been told here before. The host asks `is_lost`.
+            let follows = ["label is invalid", "has been destroyed", "device is lost"];
+            let follows = follows.iter().any(|words| text.contains(words));
+            if flag.load(Ordering::Acquire) || follows {
+                log::debug!("after the device was lost: {text}");
+            } else {
+                fault(&text);
+            }
+        }));
+        Ok(Self { device, queue, info, lost })
+    }
+
+    /// True when the device is gone (driver reset, adapter removed): open another, and make renderers and
+    /// targets anew. Terrains stay as they are.
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Acquire)
     }
 
     async fn named(instance: &wgpu::Instance, wanted: &str) -> Result<wgpu::Adapter, GpuError> {

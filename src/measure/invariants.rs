@@ -129,6 +129,7 @@ fn plain_placement(windows: Windows) -> Placement {
         spacing_m: [1.0, 1.0],
         eye_samples: [0.0, 0.0],
         morph: false,
+        fades: Default::default(),
     }
 }
 

@@ -21,6 +21,11 @@ pub struct FrameUpload {
     pub height_bound_samples: u64,
     /// Levels whose window moved.
     pub shifts: u64,
+    /// Levels drawn.
+    pub levels_drawn: u32,
+    /// Levels wanted for this camera and not drawn: their samples are on their way, or wait for the upload
+    /// budget, or for a coarser level to grow in; and the coarsest one while others' samples stand in for its.
+    pub levels_missing: u32,
 }
 
 /// Sums over a run, as report.json has them (design: section 7).

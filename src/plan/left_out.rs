@@ -80,6 +80,11 @@ pub(super) fn left_out(
         "4-byte samples",
         format!("heights are whole multiples of {step} m: 2 bytes each on their way, {} saved", mb(saved)),
     );
+    leave(
+        terrain.source.streaming().is_none(),
+        "streaming",
+        "all samples are in memory: no loader threads, no tile cache, no store".into(),
+    );
     leave(true, "textures", "samples lie in buffers; colour and depth targets are the host's".into());
     leave(
         timestamps == Some(false),

@@ -42,6 +42,9 @@ pub struct Placement {
     pub eye_samples: [f32; 2],
     /// True when vertices near a level's perimeter move towards the coarser level.
     pub morph: bool,
+    /// How much of the coarser surface each whole level shows, 0 to 1: a level that has just arrived grows
+    /// out of it.
+    pub fades: [f32; crate::clipmap::MAX_LEVELS as usize],
 }
 
 impl Placement {
@@ -83,11 +86,7 @@ impl Placement {
     /// The surface of `level` at node `index` of the finer lattice, on its own triangles: cells are
     /// cut from south-east to north-west, so the middle of a cell is the mean of those corners.
     fn coarse_height(&self, source: &dyn SampleSource, level: u32, index: [i32; 2], last: [i32; 2]) -> f32 {
-        let odd = [0, 1].map(|a| index[a] % 2 == 1 && index[a] != last[a]);
-        let low = [0, 1].map(|a| if odd[a] { index[a] / 2 } else { (index[a] + 1) / 2 });
-        let step = odd.map(i32::from);
-        let a = source.sample(level, [low[0] + step[0], low[1]]);
-        let b = source.sample(level, [low[0], low[1] + step[1]]);
+        let [a, b] = coarse_ends(index, last).map(|end| source.sample(level, end));
         if a == VOID || b == VOID { VOID } else { (a + b) * 0.5 }
     }
 
@@ -99,31 +98,53 @@ impl Placement {
         let start = cells * 0.5 - 3.0 - width;
         let scale = 1.0 / (1_u32 << level) as f32;
         let away = [0, 1].map(|a| (((base[a] - self.anchor[a]) as f32 - self.eye_samples[a]) * scale).abs());
-        ((away[0].max(away[1]) - start) / width).clamp(0.0, 1.0)
+        ((away[0].max(away[1]) - start) / width).clamp(0.0, 1.0).max(self.fades[level as usize])
     }
 
-    /// Normal at the node a patch of `level` shows at `base`, from central differences of samples.
+    /// Normal at the node a patch of `level` shows at `base`, from central differences of samples; morphed as
+    /// the heights are.
     #[must_use]
     pub fn normal(&self, source: &dyn SampleSource, level: u32, base: [i32; 2]) -> [f32; 3] {
         let owner = self.windows.owner(level, base);
         let lattice = self.windows.lattice;
-        let loaded = self.windows.loaded(owner);
         let index = lattice.node(owner, base);
-        let centre = source.sample(owner, index);
-        let slope = [0, 1].map(|a| {
+        let mut slope = self.slope(source, owner, index);
+        if self.morph && owner + 1 < self.windows.shape.levels() {
+            let (alpha, last) = (self.morph_weight(owner, base), lattice.last_at(owner));
+            if alpha > 0.0 && self.coarse_height(source, owner + 1, index, last) != VOID {
+                let [p, q] = coarse_ends(index, last).map(|end| self.slope(source, owner + 1, end));
+                slope = [0, 1].map(|a| slope[a] * (1.0 - alpha) + (p[a] + q[a]) * 0.5 * alpha);
+            }
+        }
+        let length = (slope[0] * slope[0] + slope[1] * slope[1] + 1.0).sqrt();
+        [-slope[0] / length, -slope[1] / length, 1.0 / length]
+    }
+
+    /// Slope at a node, one-sided at the window's border.
+    fn slope(&self, source: &dyn SampleSource, level: u32, index: [i32; 2]) -> [f32; 2] {
+        let lattice = self.windows.lattice;
+        let loaded = self.windows.loaded(level);
+        let centre = source.sample(level, index);
+        [0, 1].map(|a| {
             let (mut low, mut high) = (index, index);
             low[a] = (index[a] - 1).max(loaded.lo[a]);
             high[a] = (index[a] + 1).min(loaded.hi[a]);
             let at = |p: [i32; 2]| {
-                let h = source.sample(owner, p);
+                let h = source.sample(level, p);
                 if h == VOID { centre } else { h }
             };
-            let run = (lattice.base(owner, high)[a] - lattice.base(owner, low)[a]) as f32;
+            let run = (lattice.base(level, high)[a] - lattice.base(level, low)[a]) as f32;
             (at(high) - at(low)) / (run * self.spacing_m[a])
-        });
-        let length = (slope[0] * slope[0] + slope[1] * slope[1] + 1.0).sqrt();
-        [-slope[0] / length, -slope[1] / length, 1.0 / length]
+        })
     }
+}
+
+/// Nodes of the coarser level at the ends of the edge that node `index` of the finer lattice halves.
+fn coarse_ends(index: [i32; 2], last: [i32; 2]) -> [[i32; 2]; 2] {
+    let odd = [0, 1].map(|a| index[a] % 2 == 1 && index[a] != last[a]);
+    let low = [0, 1].map(|a| if odd[a] { index[a] / 2 } else { (index[a] + 1) / 2 });
+    let step = odd.map(i32::from);
+    [[low[0] + step[0], low[1]], [low[0], low[1] + step[1]]]
 }
 
 /// Unit normal from the packed word of a [`Vertex`]; within 0.04 degrees of what was packed.

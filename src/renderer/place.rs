@@ -43,7 +43,7 @@ impl Renderer {
         let [low, high] = self.terrain.extent_m();
         let eye = camera.eye_m;
         let (x, y) = (eye.x.clamp(low[0], high[0]), eye.y.clamp(low[1], high[1]));
-        let ground = self.terrain.ground_height_m(x, y).map_or(0.0, f64::from);
+        let ground = self.terrain.ground_bound_m(x, y).map_or(0.0, f64::from);
         eye.distance(DVec3::new(x, y, ground.min(eye.z)))
     }
 

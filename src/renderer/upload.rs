@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Renderer, State};
 use crate::camera::Camera;
-use crate::clipmap::{ChartWindows, Strip, height_bound, refill_strips};
+use crate::clipmap::{ChartWindows, Strip, height_bound, refill_from};
 use crate::gpu::passes::spec::FrameWork;
 use crate::gpu::{GpuFrame, Ground, packed_charts};
 use crate::measure::FrameUpload;
@@ -73,23 +73,22 @@ impl Renderer {
     /// Returns the levels of charts that moved.
     pub(super) fn upload_strips(
         &mut self,
-        old: Option<&ChartWindows>,
         new: &ChartWindows,
         upload: &mut FrameUpload,
     ) -> Vec<(usize, u32)> {
         let mut strips: Vec<(usize, Strip)> = Vec::new();
         let mut shifted = Vec::new();
         for (chart, windows) in new.charts.iter().enumerate() {
-            let before = old.map(|o| &o.charts[chart]);
-            let refill = refill_strips(before, windows);
+            let refill = refill_from(|level| self.held_window(chart, level), windows);
             for &level in &refill.shifted {
+                let held = self.held_window(chart, level);
                 let moved = |a: usize| {
-                    let kept = before.filter(|o| !o.held(level).is_empty());
-                    kept.map_or(i32::MAX, |o| {
-                        windows.origins[level as usize][a] - o.origins[level as usize][a]
-                    })
+                    held.map_or(i32::MAX, |h| windows.origins[level as usize][a].saturating_sub(h.lo[a]))
                 };
-                upload.height_bound_samples += height_bound(self.shape.n(), moved(0), moved(1));
+                // What is sent twice because it came late is not the shift's doing.
+                if !(self.stream.refreshes && level + 1 == self.shape.levels()) {
+                    upload.height_bound_samples += height_bound(self.shape.n(), moved(0), moved(1));
+                }
                 shifted.push((chart, level));
             }
             strips.extend(refill.strips.into_iter().map(|s| (chart, s)));
@@ -169,6 +168,9 @@ impl Renderer {
         let mut origins = [[0; 4]; crate::clipmap::MAX_LEVELS as usize];
         for (slot, origin) in origins.iter_mut().zip(&first.origins) {
             *slot = [origin[0], origin[1], 0, 0];
+        }
+        for (slot, fade) in origins.iter_mut().zip(self.stream.fades) {
+            slot[2] = fade.to_bits().cast_signed();
         }
         let plane = state.placement.as_ref();
         let range = match &self.terrain.curved {
