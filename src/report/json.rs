@@ -1,11 +1,11 @@
 //! The report's data and its JSON and CSV files.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::measure::{Environment, FrameStatistics, UploadLedger, invariants::CheckRow};
+use super::{FrameRow, Run};
+use crate::measure::{Environment, invariants::CheckRow};
 use crate::plan::Plan;
 
 /// Why a report cannot be written.
@@ -29,24 +29,6 @@ pub enum ReportError {
     },
 }
 
-/// p50 and p99 of a series; p99 is null below 1,000 samples.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Quantiles {
-    /// Median.
-    pub p50: Option<f64>,
-    /// 99th percentile.
-    pub p99: Option<f64>,
-}
-
-impl Quantiles {
-    /// Of samples in any order.
-    #[must_use]
-    pub fn of(samples: &[f64]) -> Self {
-        let s = FrameStatistics::of(samples);
-        Self { p50: s.p50, p99: s.p99 }
-    }
-}
-
 /// What was drawn.
 #[derive(Clone, Debug, Serialize)]
 pub struct SceneFacts {
@@ -62,92 +44,6 @@ pub struct SceneFacts {
     pub spacing_m: [f64; 2],
     /// Samples of the finest level, east and north.
     pub samples: [u64; 2],
-}
-
-/// Geometry over a run.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Geometry {
-    /// Control points on the GPU.
-    pub control_points: u64,
-    /// Median patches drawn.
-    pub patches_p50: Option<f64>,
-    /// Median vertices expanded.
-    pub vertices_p50: Option<f64>,
-    /// Median triangles drawn.
-    pub triangles_p50: Option<f64>,
-    /// Most triangles drawn.
-    pub triangles_max: Option<f64>,
-    /// Patches dropped for want of room, over the whole run; a run with any is invalid.
-    pub dropped_patches: u64,
-}
-
-/// Memory of a run.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Memory {
-    /// GPU buffers.
-    pub gpu_bytes: u64,
-    /// Most resident memory of the process, where the system tells.
-    pub peak_rss_bytes: Option<u64>,
-}
-
-/// One benchmark run.
-#[derive(Clone, Debug, Serialize)]
-pub struct Run {
-    /// Method.
-    pub method: &'static str,
-    /// n, levels and options.
-    pub params: serde_json::Value,
-    /// Frames measured (warm-up excluded).
-    pub frames: usize,
-    /// Camera path.
-    pub path: String,
-    /// Mean speed in finest windows a second of path time; null for paths that are not timed.
-    pub speed_windows_per_s: Option<f64>,
-    /// CPU start of frame to GPU done.
-    pub frame_ms: FrameStatistics,
-    /// CPU start of frame to submission.
-    pub cpu_ms: Quantiles,
-    /// Per pass; null where the adapter has no timestamp queries.
-    pub gpu_ms: Option<BTreeMap<String, Quantiles>>,
-    /// Upload ledger.
-    pub upload: UploadLedger,
-    /// Geometry.
-    pub geometry: Geometry,
-    /// Memory.
-    pub memory: Memory,
-    /// Not measured yet: null.
-    pub error: Option<()>,
-    /// Nothing is streamed yet: null.
-    pub stream: Option<()>,
-    /// False when any figure must not be used.
-    pub valid: bool,
-    /// Why not.
-    pub invalid_because: Vec<String>,
-}
-
-/// One row of frames.csv.
-#[derive(Clone, Debug, Serialize)]
-pub struct FrameRow {
-    /// Frame number from 0.
-    pub frame: usize,
-    /// Path time in seconds.
-    pub t_s: f64,
-    /// CPU start of frame to GPU done.
-    pub frame_ms: f64,
-    /// CPU start of frame to submission.
-    pub cpu_ms: f64,
-    /// Control data.
-    pub control_bytes: u64,
-    /// Height samples.
-    pub height_bytes: u64,
-    /// Level shifts.
-    pub shifts: u64,
-    /// Patches drawn.
-    pub patches: u32,
-    /// Vertices expanded.
-    pub vertices: u32,
-    /// Triangles drawn.
-    pub triangles: u32,
 }
 
 /// A whole report.

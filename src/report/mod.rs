@@ -2,6 +2,9 @@
 
 mod html;
 mod json;
+mod plots;
+mod run;
 
 pub use html::write_html;
-pub use json::{FrameRow, Geometry, Memory, Quantiles, Report, ReportError, Run, SceneFacts, write_report};
+pub use json::{Report, ReportError, SceneFacts, write_report};
+pub use run::{CrackReport, FrameRow, Geometry, Memory, Quantiles, Run, StreamReport, TeleportWaits, Waits};
