@@ -181,3 +181,153 @@ fn a_brief_check_holds_and_prints_its_table() {
     assert_eq!(json["pass"], true);
     assert!(json["rows"].as_array().is_some_and(|r| r.len() >= 8));
 }
+
+#[test]
+fn stores_are_built_described_and_verified() {
+    let dir = TempDir::new().expect("a folder");
+    let at = dir.path().join("t.zarr");
+    let store = at.to_str().expect("text");
+    let json: serde_json::Value = serde_json::from_str(&stdout(&[
+        "build",
+        "procedural:mountains?width=700&height=500",
+        "-o",
+        store,
+        "--max-error",
+        "0.5",
+        "--json",
+    ]))
+    .expect("json");
+    assert_eq!((json["width"].as_u64(), json["levels"].as_u64()), (Some(700), Some(3)));
+    let info: serde_json::Value = serde_json::from_str(&stdout(&["info", store, "--json"])).expect("json");
+    assert_eq!(info["format"], "tessclip store");
+    assert_eq!((info["width"].as_u64(), info["height"].as_u64()), (Some(700), Some(500)));
+    assert!(stdout(&["info", store]).contains("within 0.5 m"));
+    assert!(stdout(&["verify", store]).contains(" 0 damaged"));
+    refused(&["build", "procedural:plain", "-o", store], &["exists already", "--overwrite"]);
+    refused(&["build", store, "-o", store, "--overwrite"], &["is one of the sources"]);
+    refused(&["build", "none.tif", "-o", "x.zarr"], &["none.tif", "no such file"]);
+    refused(&["verify", dir.path().to_str().expect("text")], &["not a tessclip store"]);
+    refused(&["info", "http://localhost/t.zarr"], &["--features remote"]);
+    refused(&["render", store, "--spacing", "3", "-o", "x.png"], &["settled when it was built"]);
+    refused(&["render", store, "--prefilter", "low-pass", "-o", "x.png"], &["--prefilter subsample"]);
+    refused(&["build", "procedural:plain?size=1000000000", "-o", "x.zarr"], &["more than a store may have"]);
+    // One byte, anywhere in a shard.
+    let shard = at.join("0/elevation/c/0/0");
+    let mut bytes = std::fs::read(&shard).expect("a shard");
+    bytes[777] ^= 1;
+    std::fs::write(&shard, bytes).expect("written");
+    let out = tessclip().args(["verify", store]).assert().code(1);
+    let text = String::from_utf8_lossy(&out.get_output().stdout).to_string();
+    assert!(text.contains("0/elevation/c/0/0, level 0, tile column 0 row 0, byte 0"), "{text}");
+    // And a header.
+    std::fs::write(at.join("1/zarr.json"), "{}").expect("written");
+    refused(&["verify", store], &["1/zarr.json", "not as it was written"]);
+}
+
+#[test]
+fn foreign_folders_are_never_replaced() {
+    let dir = TempDir::new().expect("a folder");
+    for file in ["zarr.json", "manifest.json"] {
+        let at = dir.path().join(format!("other-{file}"));
+        std::fs::create_dir(&at).expect("made");
+        std::fs::write(at.join(file), "{\"zarr_format\":3}").expect("written");
+        let args = ["build", "procedural:plain?size=64", "--overwrite", "-o", at.to_str().expect("text")];
+        refused(&args, &["not a tessclip store", "not replaced"]);
+        assert!(at.join(file).exists());
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn builds_take_little_memory_and_stop_in_order() {
+    use std::process::Stdio;
+    let dir = TempDir::new().expect("a folder");
+    let spawn = |recipe: &str, name: &str| {
+        std::process::Command::new(assert_cmd::cargo::cargo_bin("tessclip"))
+            .args(["-q", "build", recipe, "-o"])
+            .arg(dir.path().join(name))
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("started")
+    };
+    // 650 MB of samples.
+    let mut child = spawn("procedural:plain?size=12750", "a.zarr");
+    let mut most = 0;
+    while child.try_wait().expect("a child").is_none() {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let peak = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+        let kib = peak.and_then(|l| l.split_whitespace().next()?.parse::<u64>().ok());
+        most = most.max(kib.unwrap_or(0));
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    eprintln!("peak resident memory {most} KiB");
+    assert!((1..512 * 1024).contains(&most), "{most} KiB");
+    // Ctrl-C: one line, nothing left.
+    let child = spawn("procedural:mountains?size=8000", "b.zarr");
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("kill runs").success());
+    let out = child.wait_with_output().expect("ended");
+    let text = String::from_utf8_lossy(&out.stderr).to_string();
+    assert_eq!(out.status.code(), Some(2), "{text}");
+    assert!(text.contains("stopped") && text.lines().count() == 1, "{text}");
+    let left: Vec<_> =
+        std::fs::read_dir(dir.path()).expect("a folder").map(|e| e.expect("entry").file_name()).collect();
+    assert_eq!(left, ["a.zarr"]);
+}
+
+#[test]
+fn a_store_becomes_a_cog_that_reads_the_same_where_gdal_is() {
+    let dir = TempDir::new().expect("a folder");
+    let path = |name: &str| dir.path().join(name).to_str().expect("text").to_string();
+    let (store, cog) = (path("t.zarr"), path("a&b.tif"));
+    stdout(&["-q", "build", "procedural:mountains?width=900&height=600", "-o", &store]);
+    if std::process::Command::new("gdal_translate").arg("--version").output().is_err() {
+        eprintln!("SKIPPED in part: gdal_translate is not installed");
+        refused(&["build", &store, "--to", "cog", "-o", &cog], &["gdal-bin"]);
+        return;
+    }
+    stdout(&["build", &store, "--to", "cog", "-o", &cog]);
+    let [a, b] = [&store, &cog].map(|f| {
+        let json: serde_json::Value = serde_json::from_str(&stdout(&["info", f, "--json"])).expect("json");
+        ["width", "height", "min", "max", "bounds", "spacing_m"].map(|k| json[k].clone())
+    });
+    assert_eq!(a, b);
+    assert_eq!(std::fs::read_dir(dir.path()).expect("a folder").count(), 2);
+}
+
+#[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "needs a GPU")]
+fn stores_are_drawn_and_flown_also_when_the_device_is_lost() {
+    common::gpu();
+    let dir = TempDir::new().expect("a folder");
+    let path = |name: &str| dir.path().join(name).to_str().expect("text").to_string();
+    let store = path("t.zarr");
+    stdout(&["-q", "build", "procedural:mountains?size=1025", "-o", &store]);
+    // The same picture, streamed and from memory; so low that both draw all levels.
+    let pose = ["--camera", "15000,9000,3500,20,-15", "--size", "320x180", "-o"];
+    for (from, to) in [(store.as_str(), "s.png"), ("procedural:mountains?size=1025", "m.png")] {
+        stdout(&[&["render", from][..], &pose[..], &[&path(to)]].concat());
+    }
+    let read = |name: &str| std::fs::read(path(name)).expect("a picture");
+    assert!(read("s.png") == read("m.png"));
+    let report = path("report");
+    let more = ["--path", "random-walk", "--speed", "16", "--frames", "40", "--size", "160x90", "--n", "63"];
+    let flown = |extra: &[&str]| {
+        stdout(&[&["fly", &store, "--report", &report][..], &more[..], extra].concat());
+        let text = std::fs::read_to_string(format!("{report}/report.json")).expect("a report");
+        let json: serde_json::Value = serde_json::from_str(&text).expect("json");
+        json["runs"][0].clone()
+    };
+    let run = flown(&["--cracks", "8", "--lose-device-at", "20"]);
+    assert_eq!((run["devices_lost"].as_u64(), run["cracks"]["crack_pixels"].as_u64()), (Some(1), Some(0)));
+    assert_eq!(run["cracks"]["faults"].as_u64(), Some(0));
+    // Whether the first frame is late is for the scheduler to say; that nothing was there, is not.
+    assert!(run["stream"]["cache_misses"].as_u64() >= Some(1), "a cold cache: {}", run["stream"]);
+    assert!(run["upload"]["height_bytes"].as_u64() <= run["upload"]["height_bytes_bound"].as_u64());
+    let run = flown(&["--hz", "30", "--wait"]);
+    assert_eq!(run["open_loop"]["hz"].as_f64(), Some(30.0));
+    assert_eq!(run["stream"]["cache_misses"].as_u64().map(|m| m < 40), Some(true));
+    refused(&["fly", &store, "--speed", "100", "--report", &report], &["0.1 to 64"]);
+    refused(&["fly", &store, "--hz", "30", "--cracks", "2", "--report", &report], &["--cracks"]);
+}

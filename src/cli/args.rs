@@ -1,16 +1,19 @@
 //! Arguments that several commands share.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context as _, bail};
 use clap::ValueEnum;
 use tessclip::heights::{
     HeightGrid, NodataPolicy, PositionGrid, ReadOptions, is_position_file, open_terrain,
 };
+use tessclip::stream::TileSource;
 use tessclip::surface::{Base, Ellipsoid};
 use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
 
 use super::scene_file::SceneFile;
+use super::stores::{StreamArgs, open_store};
 
 /// How voids are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -28,6 +31,15 @@ pub enum Filter {
     Subsample,
     /// Binomial 1-2-1
     LowPass,
+}
+
+impl From<Filter> for Prefilter {
+    fn from(filter: Filter) -> Self {
+        match filter {
+            Filter::Subsample => Self::Subsample,
+            Filter::LowPass => Self::LowPass,
+        }
+    }
 }
 
 /// Colourings.
@@ -76,13 +88,36 @@ impl ReadArgs {
         {
             bail!("{source}: holds positions, not heights; render, mesh, fly and plan take them");
         }
-        let options = ReadOptions {
-            spacing_m: read.spacing,
-            z_scale: read.z_scale,
-            z_offset: read.z_offset,
+        if let Some(store) = open_store(source)? {
+            read.refuse_for_store(source)?;
+            return Ok(store.to_grid(ReadOptions::default().max_samples)?);
+        }
+        Ok(open_terrain(source, &read.options())?)
+    }
+
+    /// These wishes, for the readers.
+    pub fn options(&self) -> ReadOptions {
+        ReadOptions {
+            spacing_m: self.spacing,
+            z_scale: self.z_scale,
+            z_offset: self.z_offset,
             ..ReadOptions::default()
-        };
-        Ok(open_terrain(source, &options)?)
+        }
+    }
+
+    /// What is settled when a store is built.
+    fn refuse_for_store(&self, store: &str) -> anyhow::Result<()> {
+        let given = [
+            ("--spacing", self.spacing.is_some()),
+            ("--z-scale", self.z_scale.is_some()),
+            ("--z-offset", self.z_offset.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) => {
+                bail!("{store}: is a store, for which {option} was settled when it was built")
+            }
+            None => Ok(()),
+        }
     }
 
     /// These wishes, and where they say nothing those of a scene file.
@@ -98,7 +133,7 @@ impl ReadArgs {
 /// A terrain to draw.
 #[derive(Clone, Debug, clap::Args)]
 pub struct TerrainArgs {
-    /// A DEM file, three rasters X,Y,Z or a three-band raster of positions, a scene file NAME.toml, or
+    /// A DEM file, a store T.zarr, three rasters X,Y,Z or a three-band raster of positions, a scene file NAME.toml, or
     /// procedural:NAME?seed=1&size=1025 (mountains, dunes, plain, cliff, spikes, checkerboard, planet,
     /// overhang, fold)
     pub terrain: String,
@@ -120,6 +155,8 @@ pub struct TerrainArgs {
     /// How coarser levels are made; by default subsample
     #[arg(long, value_enum)]
     prefilter: Option<Filter>,
+    #[command(flatten)]
+    stream: StreamArgs,
 }
 
 impl TerrainArgs {
@@ -133,6 +170,7 @@ impl TerrainArgs {
             over: if self.over.is_empty() { file.over.clone() } else { self.over.clone() },
             exaggeration: self.exaggeration.or(file.exaggeration),
             prefilter: self.prefilter.or(file.prefilter),
+            stream: self.stream.clone(),
         }
     }
 
@@ -171,6 +209,9 @@ impl TerrainArgs {
     }
 
     fn open_plain(&self) -> anyhow::Result<Terrain> {
+        if let Some(terrain) = self.streamed()? {
+            return Ok(terrain);
+        }
         if let Some(positions) = self.positions()? {
             match self.base {
                 None | Some(Base::Sampled) if self.over.is_empty() => {}
@@ -218,6 +259,32 @@ impl TerrainArgs {
         Ok(Terrain::globe(grids, Ellipsoid { a: a_m, b: b_m })?)
     }
 
+    /// A store on a plane is streamed; on other bases it is read whole, as any other DEM.
+    fn streamed(&self) -> anyhow::Result<Option<Terrain>> {
+        let Some(store) = open_store(&self.terrain)? else { return Ok(None) };
+        let geographic = store.manifest().place.degrees.is_some();
+        let plane = self.base.map_or(!geographic, |base| base == Base::Plane);
+        if !plane || !self.over.is_empty() {
+            return Ok(None);
+        }
+        self.read.refuse_for_store(&self.terrain)?;
+        if self.nodata == Some(Nodata::Fill) {
+            bail!(
+                "{}: voids of a streamed store cannot be filled; fill them before building it",
+                self.terrain
+            );
+        }
+        let stored = store.manifest().prefilter();
+        if self.prefilter.is_some() && self.prefilter() != stored {
+            bail!("{}: was built with --prefilter {stored}; build it again for another one", self.terrain);
+        }
+        if store.manifest().range_m.is_none() {
+            bail!("{}: every sample is void: there is nothing to draw", self.terrain);
+        }
+        let source = TileSource::new(Arc::new(store), self.stream.options())?;
+        Ok(Some(Terrain::streamed(source)))
+    }
+
     /// The terrain as positions, when it holds such or base sampled asks for them.
     fn positions(&self) -> anyhow::Result<Option<PositionGrid>> {
         let recipe = self.terrain.strip_prefix("procedural:").filter(|r| PositionGrid::is_named(r));
@@ -243,10 +310,7 @@ impl TerrainArgs {
     }
 
     fn prefilter(&self) -> Prefilter {
-        match self.prefilter {
-            None | Some(Filter::Subsample) => Prefilter::Subsample,
-            Some(Filter::LowPass) => Prefilter::LowPass,
-        }
+        self.prefilter.map_or(Prefilter::Subsample, Prefilter::from)
     }
 }
 
@@ -344,6 +408,14 @@ impl LookArgs {
 pub const SIZE: [u32; 2] = [1280, 720];
 /// Vertical field of view where none is given, degrees.
 pub const FOV_DEG: f64 = 60.0;
+
+/// Whether a picture waits for what is on its way.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct WaitArgs {
+    /// Of a streamed store: wait until all the view needs is there; by default true
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true", default_value = "true")]
+    pub wait: bool,
+}
 
 /// A camera from a pose in the terrain's own units, or one that sees the whole terrain.
 pub fn camera(terrain: &Terrain, pose: Option<&str>, fov_deg: f64) -> anyhow::Result<Camera> {

@@ -6,15 +6,17 @@ use std::time::Instant;
 use anyhow::Context as _;
 use glam::DVec3;
 use tessclip::gpu::Gpu;
-use tessclip::heights::{ReadOptions, open_terrain};
+use tessclip::heights::{GridSource, ReadOptions, open_terrain};
 use tessclip::measure::invariants::Effort;
-use tessclip::report::write_report;
+use tessclip::pyramid::store::{BuildOptions, Progress, build};
+use tessclip::report::{Report, write_report};
+use tessclip::stream::{StreamOptions, TileSource};
 use tessclip::surface::Ellipsoid;
 use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
 
 use super::Outcome;
 use super::fly::Flight;
-use super::paths::CameraPath;
+use super::paths::{Course, Tempo};
 use super::picture::{picture, write_png};
 
 const TERRAIN: &str = "procedural:mountains?seed=7&size=2049";
@@ -39,29 +41,33 @@ pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
     let mut pictures = Vec::new();
     for (name, scene, camera) in views(&terrain) {
         let file = format!("{name}.png");
-        let rgba = picture(&gpu, &terrain, &scene, &camera, size)?;
+        let rgba = picture(&gpu, &terrain, &scene, &camera, size, true)?;
         write_png(&args.out.join(&file), &rgba, size)?;
         say(&format!("  {}", args.out.join(&file).display()))?;
         pictures.push(file);
     }
     for (name, scene, terrain, camera) in worlds()? {
         let file = format!("{name}.png");
-        let rgba = picture(&gpu, &terrain, &scene, &camera, size)?;
+        let rgba = picture(&gpu, &terrain, &scene, &camera, size, true)?;
         write_png(&args.out.join(&file), &rgba, size)?;
         say(&format!("  {}", args.out.join(&file).display()))?;
         pictures.push(file);
     }
-    say("flight: double turn, 120 frames of 640 x 360")?;
-    let flight = Flight {
-        name: TERRAIN,
-        terrain: &terrain,
-        scene: Scene::default(),
-        size: [640, 360],
-        fov_deg: 60.0,
-        path: CameraPath::open("double-turn", &terrain)?,
-        frames: 120,
-    };
-    let mut report = flight.fly(&gpu, &args.out, quiet)?;
+    say("store of the same terrain")?;
+    let at = args.out.join("terrain.zarr");
+    let store = BuildOptions { overwrite: true, sources: vec![TERRAIN.into()], ..BuildOptions::default() };
+    build(&GridSource::new(grid), &at, &store, &Progress::default())?;
+    let streamed = Terrain::streamed(TileSource::open(&at, StreamOptions::default())?);
+    let name = at.display().to_string();
+    say(
+        "flights of 120 frames, 640 x 360: double turn from memory; another place each second, streamed, cold",
+    )?;
+    let mut over = fly(&gpu, &name, &streamed, "teleport", args, quiet)?;
+    let mut report = fly(&gpu, TERRAIN, &terrain, "double-turn", args, quiet)?;
+    report.runs.append(&mut over.runs);
+    for run in &report.runs {
+        say(&format!("  {}", super::fly::one_line(run)))?;
+    }
     say("check, in brief")?;
     let odd = open_terrain("procedural:mountains?width=331&height=262", &ReadOptions::default())?;
     let rows = super::check::rows(&gpu, &odd, Effort::Brief)?;
@@ -77,6 +83,30 @@ pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
         begin.elapsed().as_secs_f64()
     ))?;
     Ok(if pass { Outcome::Done } else { Outcome::FellShort })
+}
+
+/// A short flight; its report is written, and overwritten by the next one's.
+fn fly(
+    gpu: &Gpu,
+    name: &str,
+    terrain: &Terrain,
+    path: &str,
+    args: &Args,
+    quiet: bool,
+) -> anyhow::Result<Report> {
+    let tempo = Tempo { frames: 120, hz: None, speed_m_s: None };
+    let flight = Flight {
+        name,
+        terrain,
+        scene: Scene::default(),
+        size: [640, 360],
+        fov_deg: 60.0,
+        course: Course::open(path, terrain, tempo)?,
+        wait: false,
+        cracks: 0,
+        lose_device_at: None,
+    };
+    flight.fly(gpu, &args.out, quiet)
 }
 
 /// Views from the ground to high altitude, and what the method does.

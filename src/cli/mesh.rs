@@ -7,8 +7,8 @@ use tessclip::gpu::{Gpu, Offscreen};
 use tessclip::measure::Mesh;
 
 use super::Outcome;
-use super::args::{FOV_DEG, SIZE, ShapeArgs, TerrainArgs, camera, check_writable, write_whole};
-use super::picture::draw_whole;
+use super::args::{FOV_DEG, SIZE, ShapeArgs, TerrainArgs, WaitArgs, camera, check_writable, write_whole};
+use super::picture::draw_complete;
 use super::scene_file::SceneFile;
 
 #[derive(clap::Args)]
@@ -27,6 +27,8 @@ pub struct Args {
     /// Picture size the mesh is made for (what is culled depends on its aspect); by default 1280x720
     #[arg(long, value_name = "WxH", value_parser = super::args::parse_size)]
     size: Option<[u32; 2]>,
+    #[command(flatten)]
+    wait: WaitArgs,
     /// PLY to write
     #[arg(short, long, value_name = "M.ply")]
     output: PathBuf,
@@ -43,7 +45,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let gpu = Gpu::new()?;
     let target = Offscreen::new(&gpu.device, args.size.or(file.size).unwrap_or(SIZE))?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, &scene)?;
-    draw_whole(&gpu, &mut renderer, &target, &camera)?;
+    draw_complete(&gpu, &mut renderer, &target, &camera, args.wait.wait)?;
     let mesh = Mesh::from_gpu(&renderer.read_mesh()?);
     write_whole(
         &args.output,

@@ -1,8 +1,10 @@
 //! One file a subcommand. Exit codes: 0 done, 1 a check fell short, 2 unusable input or arguments.
 
 mod args;
+mod build;
 mod check;
 mod demo;
+mod export;
 mod fly;
 mod footprints;
 mod info;
@@ -12,6 +14,8 @@ mod picture;
 mod plan;
 mod render;
 mod scene_file;
+mod stores;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -37,6 +41,10 @@ enum Command {
     Demo(demo::Args),
     /// What a DEM holds
     Info(info::Args),
+    /// The tiled store: DEMs of any size, pyramid, checksums
+    Build(build::Args),
+    /// Is every byte of a store as it was written?
+    Verify(verify::Args),
     /// One picture
     Render(render::Args),
     /// The mesh as the GPU made it, read back, as binary PLY
@@ -73,6 +81,8 @@ pub fn run() -> ExitCode {
     let outcome = match &cli.command {
         Command::Demo(args) => demo::run(args, cli.quiet),
         Command::Info(args) => info::run(args),
+        Command::Build(args) => build::run(args, cli.quiet),
+        Command::Verify(args) => verify::run(args, cli.quiet),
         Command::Render(args) => render::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Footprints(args) => footprints::run(args),

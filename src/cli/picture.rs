@@ -1,7 +1,9 @@
 //! Drawing one frame into a PNG.
 
 use std::path::Path;
+use std::time::Duration;
 
+use anyhow::bail;
 use image::{ImageEncoder as _, codecs::png::PngEncoder};
 use tessclip::gpu::{Gpu, Offscreen};
 use tessclip::measure::invariants::draw;
@@ -14,11 +16,44 @@ pub fn picture(
     scene: &Scene,
     camera: &Camera,
     size: [u32; 2],
+    wait: bool,
 ) -> anyhow::Result<Vec<u8>> {
     let target = Offscreen::new(&gpu.device, size)?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, terrain, scene)?;
-    draw_whole(gpu, &mut renderer, &target, camera)?;
+    draw_complete(gpu, &mut renderer, &target, camera, wait)?;
     Ok(target.read_rgba(&gpu.device, &gpu.queue)?)
+}
+
+/// Longest wait for the samples of one view.
+const LONGEST_WAIT: Duration = Duration::from_secs(300);
+/// Most frames until a view is drawn whose samples are there: they are sent bit by bit, and levels grow in.
+const MOST_ARRIVING: u32 = 1_000;
+
+/// Draws until everything the camera needs is there and drawn; of a terrain in memory, or without `wait`, once.
+pub fn draw_complete(
+    gpu: &Gpu,
+    renderer: &mut Renderer,
+    target: &Offscreen,
+    camera: &Camera,
+    wait: bool,
+) -> anyhow::Result<()> {
+    if !wait {
+        return draw_whole(gpu, renderer, target, camera);
+    }
+    if !renderer.wait_complete(camera, LONGEST_WAIT)? {
+        bail!(
+            "the view is not complete after {} s; see -v, or draw what is there with --wait=false",
+            LONGEST_WAIT.as_secs()
+        );
+    }
+    draw_whole(gpu, renderer, target, camera)?;
+    for _ in 0..MOST_ARRIVING {
+        if renderer.is_complete() {
+            return Ok(());
+        }
+        draw_whole(gpu, renderer, target, camera)?;
+    }
+    bail!("the view does not come to rest after {MOST_ARRIVING} frames; draw what is there with --wait=false")
 }
 
 /// Draws and, where patches were dropped, grows and draws again.

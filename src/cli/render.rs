@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use tessclip::gpu::Gpu;
 
 use super::Outcome;
-use super::args::{LookArgs, ShapeArgs, TerrainArgs, camera, check_writable};
+use super::args::{LookArgs, ShapeArgs, TerrainArgs, WaitArgs, camera, check_writable};
 use super::picture::{picture, write_png};
 use super::scene_file::SceneFile;
 
@@ -23,6 +23,8 @@ pub struct Args {
     /// x,y,z,yaw,pitch in the terrain's own units; by default all of it from the south
     #[arg(long, value_name = "POSE", allow_hyphen_values = true)]
     camera: Option<String>,
+    #[command(flatten)]
+    wait: WaitArgs,
     /// PNG to write
     #[arg(short, long, value_name = "P.png")]
     output: PathBuf,
@@ -39,7 +41,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let gpu = Gpu::new()?;
     log::info!("adapter: {}", gpu.describe());
     let size = args.look.size(&file);
-    let rgba = picture(&gpu, &terrain, &scene, &camera, size)?;
+    let rgba = picture(&gpu, &terrain, &scene, &camera, size, args.wait.wait)?;
     write_png(&args.output, &rgba, size)?;
     Ok(Outcome::Done)
 }
