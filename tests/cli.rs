@@ -206,6 +206,7 @@ fn stores_are_built_described_and_verified() {
     refused(&["build", "procedural:plain", "-o", store], &["exists already", "--overwrite"]);
     refused(&["build", store, "-o", store, "--overwrite"], &["is one of the sources"]);
     refused(&["build", "none.tif", "-o", "x.zarr"], &["none.tif", "no such file"]);
+    refused(&["build", "procedural:plain", "-o", "none/x.zarr"], &["no folder none", "make that first"]);
     refused(&["verify", dir.path().to_str().expect("text")], &["not a tessclip store"]);
     refused(&["info", "http://localhost/t.zarr"], &["--features remote"]);
     refused(&["render", store, "--spacing", "3", "-o", "x.png"], &["settled when it was built"]);

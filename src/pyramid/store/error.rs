@@ -71,6 +71,14 @@ pub enum StoreError {
         /// Path.
         at: String,
     },
+    /// Its folder is not there.
+    #[error("{at}: there is no folder {folder} to make it in; make that first")]
+    NoFolder {
+        /// Path of the store.
+        at: String,
+        /// The folder.
+        folder: String,
+    },
     /// Another build of the same store runs.
     #[error("{at}: another build of it is running; wait for it or give another name")]
     Busy {

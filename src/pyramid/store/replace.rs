@@ -33,6 +33,9 @@ impl Draft {
             Some(p) if !p.as_os_str().is_empty() => p.to_path_buf(),
             _ => PathBuf::from("."),
         };
+        if !parent.is_dir() {
+            return Err(StoreError::NoFolder { at, folder: parent.display().to_string() });
+        }
         let folder = parent.join(format!(".{name}.building"));
         let lock_path = parent.join(format!(".{name}.lock"));
         let io = |action: &'static str| {
