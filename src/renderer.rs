@@ -5,11 +5,14 @@
 mod curve;
 mod inspect;
 mod place;
+mod stand;
 mod streaming;
 mod upload;
 mod wait;
 
 pub use self::place::LEAST_WINDOW;
+pub(crate) use self::place::windows_over_plane;
+pub(crate) use self::stand::{PlaneStand, clip, fog_per_m, sun_direction};
 
 use std::sync::Arc;
 
@@ -19,7 +22,7 @@ use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 use crate::camera::{Camera, PoseError};
 use crate::clipmap::{ChartWindows, ClipmapError, ClipmapShape, Windows};
 use crate::gpu::passes::ComputePass;
-use crate::gpu::passes::draw_terrain::DrawTerrain;
+use crate::gpu::passes::draw_terrain::{DrawTerrain, begin_pass};
 use crate::gpu::passes::spec::{Dispatch, FrameWork, PASSES};
 use crate::gpu::{Buffers, Capacity, Counters, GpuCurve, GpuError, GpuFrame, Variant, most_bytes};
 use crate::measure::FrameUpload;
@@ -202,6 +205,16 @@ impl Renderer {
         self.buffers.all().into_iter().map(|(name, b)| (name, b.size())).collect()
     }
 
+    /// The GPU buffers.
+    pub(crate) fn buffers(&self) -> &Buffers {
+        &self.buffers
+    }
+
+    /// World position that the last prepared frame's vertices are relative to, metres.
+    pub(crate) fn anchor_m(&self) -> Option<DVec3> {
+        self.state.as_ref().map(|s| s.anchor_m)
+    }
+
     /// Bytes of GPU buffers held.
     #[must_use]
     pub fn gpu_bytes(&self) -> u64 {
@@ -273,23 +286,8 @@ impl Renderer {
         }
         let all = windows;
         let windows: Windows = all.charts[0].clone();
-        let lattice = windows.lattice;
-        let at = self.terrain.samples_from_world(camera.eye_m);
-        // The sample nearest to the camera: what rounding leaves of other positions is then in proportion
-        // to their distance, however far samples lie apart. A function of the camera, as the height below.
-        #[expect(clippy::cast_possible_truncation, reason = "clamped to the lattice")]
-        let anchor = [0, 1].map(|a| at[a].round().clamp(0.0, f64::from(lattice.last[a])) as i32);
-        let range = self.terrain.source.height_range().unwrap_or([0.0, 0.0]);
-        #[expect(clippy::cast_possible_truncation, reason = "clamped to the data's own f32 range")]
-        let anchor_height_m = {
-            let near = camera.eye_m.z.clamp(range[0].into(), range[1].into());
-            ((near / 64.0).round() * 64.0) as f32
-        };
-        let anchor_m = DVec3::new(
-            self.terrain.origin_m[0] + f64::from(anchor[0]) * self.terrain.spacing_m[0],
-            self.terrain.origin_m[1] + f64::from(anchor[1]) * self.terrain.spacing_m[1],
-            anchor_height_m.into(),
-        );
+        let PlaneStand { anchor, anchor_height_m, anchor_m, eye_samples } =
+            PlaneStand::of(&self.terrain, camera);
         let clip = self.clip(camera, anchor_m, size_px);
         State {
             windows: all,
@@ -300,7 +298,7 @@ impl Renderer {
                 anchor,
                 anchor_height_m,
                 spacing_m: self.terrain.spacing_m.map(|v| v as f32),
-                eye_samples: [0, 1].map(|a| (at[a] - f64::from(anchor[a])) as f32),
+                eye_samples,
                 morph: self.scene.morph,
                 fades: self.stream.fades,
             }),
@@ -312,11 +310,7 @@ impl Renderer {
     /// Clip space from metres relative to `anchor_m`, for a target of the given size.
     #[must_use]
     pub fn clip(&self, camera: &Camera, anchor_m: DVec3, size_px: [u32; 2]) -> DMat4 {
-        let aspect = f64::from(size_px[0].max(1)) / f64::from(size_px[1].max(1));
-        let spacing = self.terrain.spacing_m[0].min(self.terrain.spacing_m[1]);
-        // Reverse depth has precision to spare: the near plane need only be closer than any detail.
-        let near_m = (0.05 * spacing).clamp(1e-4, 0.05);
-        camera.clip_from_anchor(anchor_m, aspect, near_m)
+        stand::clip(&self.terrain, camera, anchor_m, size_px)
     }
 
     /// Records the prepared frame: the mesh, then the draw.
@@ -330,8 +324,17 @@ impl Renderer {
 
     /// Records the compute passes alone, in the order of the array.
     pub fn record_mesh(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        self.record_passes(encoder, |_| true);
+    }
+
+    /// Records the compute passes of the wanted stems: rivals that draw from the same windows leave some out.
+    pub(crate) fn record_passes(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        wanted: impl Fn(&'static str) -> bool,
+    ) {
         for pass in &self.passes {
-            if !pass.has_work(self.shape, self.work) {
+            if !wanted(pass.stem) || !pass.has_work(self.shape, self.work) {
                 continue;
             }
             let query = self.profiler.as_ref().map(|p| p.begin_pass_query(pass.stem, encoder));
@@ -378,30 +381,9 @@ impl Renderer {
         draw: impl FnOnce(&DrawTerrain, &mut wgpu::RenderPass<'_>, &Buffers),
     ) {
         let background = self.state.as_ref().map_or(self.scene.background, |s| s.background);
-        let [r, g, b] = background.map(f64::from);
-        let load = |clear| if target.clear { wgpu::LoadOp::Clear(clear) } else { wgpu::LoadOp::Load };
-        let depth_load = if target.clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
         let query = self.profiler.as_ref().map(|p| p.begin_pass_query("draw_terrain", encoder));
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("draw_terrain"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target.color,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: load(wgpu::Color { r, g, b, a: 1.0 }),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: target.depth,
-                depth_ops: Some(wgpu::Operations { load: depth_load, store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: query.as_ref().and_then(|q| q.render_pass_timestamp_writes()),
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
+        let timestamps = query.as_ref().and_then(|q| q.render_pass_timestamp_writes());
+        let mut pass = begin_pass(encoder, target, background, timestamps);
         draw(&self.draw, &mut pass, &self.buffers);
         drop(pass);
         if let (Some(profiler), Some(query)) = (&self.profiler, query) {

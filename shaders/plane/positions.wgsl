@@ -5,7 +5,6 @@ override MORPH: bool = false; // geomorph near a level's perimeter
 override NORMALS: bool = true; // colours that no light falls on need none
 
 @group(0) @binding(3) var<storage, read> samples: array<f32>;
-@group(0) @binding(8) var<storage, read_write> vertices: array<Vertex>;
 
 fn height_at(level: u32, node: vec2<i32>) -> f32 {
     return samples[sample_address(level, node)];
@@ -105,18 +104,4 @@ fn packed_normal(level: u32, base: vec2<i32>) -> u32 {
     let uv = -slope / (abs(slope.x) + abs(slope.y) + 1.0);
     let q = vec2<u32>(round((uv * 0.5 + 0.5) * 4095.0));
     return q.x | (q.y << 12u);
-}
-
-// Writes one vertex: the sample of `owner` at `base`; a void one is marked.
-fn put_vertex(at: u32, owner: u32, base: vec2<i32>, tag: u32) {
-    let height = vertex_height(owner, base);
-    let ground = ground_at(base);
-    var vertex = Vertex(ground.x, ground.y, height - frame.anchor_height_m, tag);
-    if HAS_VOIDS && height == VOID {
-        vertex.z = 0.0;
-        vertex.packed = 0xffffffffu;
-    } else if NORMALS {
-        vertex.packed |= packed_normal(owner, base);
-    }
-    vertices[at] = vertex;
 }

@@ -8,7 +8,7 @@ pub(crate) mod layouts;
 mod offscreen;
 pub(crate) mod passes;
 mod readback;
-mod shaders;
+pub(crate) mod shaders;
 mod sizes;
 
 pub(crate) use buffers::most_bytes;
@@ -20,6 +20,6 @@ pub use layouts::{Counters, GpuControlQuad, GpuFrame, PatchRecord};
 pub use offscreen::Offscreen;
 pub use passes::Variant;
 pub use readback::{GpuMesh, read_buffer};
-pub use shaders::{Ground, ShaderModuleSource, shader_sources};
+pub use shaders::{Ground, ShaderModuleSource, rival_sources, shader_sources};
 pub(crate) use sizes::bounds_side;
 pub use sizes::{BufferSize, Capacity, Extent, buffer_sizes};

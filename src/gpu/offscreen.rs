@@ -14,6 +14,7 @@ pub struct Offscreen {
     /// Depth view, `Depth32Float`, reversed.
     pub depth: wgpu::TextureView,
     texture: wgpu::Texture,
+    depth_texture: wgpu::Texture,
 }
 
 impl Offscreen {
@@ -43,12 +44,13 @@ impl Offscreen {
             })
         };
         let texture = make("offscreen color", Self::FORMAT, wgpu::TextureUsages::COPY_SRC);
-        let depth = make("offscreen depth", DEPTH_FORMAT, wgpu::TextureUsages::empty());
+        let depth = make("offscreen depth", DEPTH_FORMAT, wgpu::TextureUsages::COPY_SRC);
         Ok(Self {
             size,
             color: texture.create_view(&wgpu::TextureViewDescriptor::default()),
             depth: depth.create_view(&wgpu::TextureViewDescriptor::default()),
             texture,
+            depth_texture: depth,
         })
     }
 
@@ -57,6 +59,26 @@ impl Offscreen {
     /// # Errors
     /// When the device fails.
     pub fn read_rgba(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<u8>, GpuError> {
+        self.read(device, queue, &self.texture)
+    }
+
+    /// The depth picture, rows from the top: near plane's distance / distance along the view, 0 where nothing
+    /// was drawn.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn read_depth(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<f32>, GpuError> {
+        let bytes = self.read(device, queue, &self.depth_texture)?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+
+    /// Four bytes a pixel, rows from the top.
+    fn read(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        texture: &wgpu::Texture,
+    ) -> Result<Vec<u8>, GpuError> {
         let row = self.size[0] as usize * 4;
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize);
         let copy = device.create_buffer(&wgpu::BufferDescriptor {
@@ -67,7 +89,7 @@ impl Offscreen {
         });
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.copy_texture_to_buffer(
-            self.texture.as_image_copy(),
+            texture.as_image_copy(),
             wgpu::TexelCopyBufferInfo {
                 buffer: &copy,
                 layout: wgpu::TexelCopyBufferLayout {
@@ -76,7 +98,7 @@ impl Offscreen {
                     rows_per_image: None,
                 },
             },
-            self.texture.size(),
+            texture.size(),
         );
         queue.submit([encoder.finish()]);
         let data = mapped(device, &copy)?;

@@ -116,7 +116,7 @@ pub(crate) const COMPACT_PATCHES: ShaderModuleSource = ShaderModuleSource {
 pub(crate) const EXPAND_PATCHES: ShaderModuleSource = ShaderModuleSource {
     stem: "expand_patches",
     text: text!("expand_patches"),
-    plane: &[text!("plane/positions")],
+    plane: &[text!("plane/positions"), text!("plane/put_vertex")],
     curved: &[text!("curved/positions")],
     points: &[text!("curved/positions")],
 };
@@ -128,6 +128,23 @@ pub(crate) const DRAW_TERRAIN: ShaderModuleSource = ShaderModuleSource {
     points: &[text!("shared/shading"), text!("curved/relief")],
 };
 
+/// Vertex stages of rivals before the draw's own fragments; planes only.
+pub(crate) const RIVAL_MESH: ShaderModuleSource = ShaderModuleSource {
+    stem: "rivals/mesh",
+    text: text!("rivals/mesh"),
+    plane: &[text!("shared/shading"), text!("plane/relief"), text!("draw_terrain"), text!("plane/positions")],
+    curved: &[],
+    points: &[],
+};
+/// As [`RIVAL_MESH`], for clipmaps.
+pub(crate) const RIVAL_CLIPMAPS: ShaderModuleSource =
+    ShaderModuleSource { stem: "rivals/clipmaps", text: text!("rivals/clipmaps"), ..RIVAL_MESH };
+
+/// Modules of the rivals' vertex stages.
+#[must_use]
+pub fn rival_sources() -> [ShaderModuleSource; 2] {
+    [RIVAL_MESH, RIVAL_CLIPMAPS]
+}
 /// Every module of the renderer: those of a full frame in its order, then smaller ones in their place.
 #[must_use]
 pub fn shader_sources() -> [ShaderModuleSource; 7] {

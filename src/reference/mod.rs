@@ -9,4 +9,5 @@ mod positions;
 
 pub use cull_quads::{Bounds, Frustum, patch_bounds, visible};
 pub use expand_patches::{Expanded, cell_triangles, expand};
+pub(crate) use positions::coarse_ends;
 pub use positions::{Placement, Vertex, unpack_normal};

@@ -59,12 +59,12 @@ impl Placement {
     }
 
     /// Metres east and north of the anchor; one rounding, no fused operation possible.
-    fn ground(&self, base: [i32; 2]) -> [f32; 2] {
+    pub(crate) fn ground(&self, base: [i32; 2]) -> [f32; 2] {
         [0, 1].map(|a| (base[a] - self.anchor[a]) as f32 * self.spacing_m[a])
     }
 
     /// Height of the node of `level` at `base`, morphed where that is on.
-    fn height(&self, source: &dyn SampleSource, level: u32, base: [i32; 2]) -> f32 {
+    pub(crate) fn height(&self, source: &dyn SampleSource, level: u32, base: [i32; 2]) -> f32 {
         let lattice = self.windows.lattice;
         let index = lattice.node(level, base);
         let own = source.sample(level, index);
@@ -91,7 +91,7 @@ impl Placement {
     }
 
     /// 0 in the middle of the window, 1 at its perimeter (Losasso and Hoppe 2004, section 5).
-    fn morph_weight(&self, level: u32, base: [i32; 2]) -> f32 {
+    pub(crate) fn morph_weight(&self, level: u32, base: [i32; 2]) -> f32 {
         let cells = (self.windows.shape.n() - 1) as f32;
         let width = cells * 0.1;
         // The camera may stand three cells off the window's centre: the weight is 1 before the border.
@@ -140,7 +140,7 @@ impl Placement {
 }
 
 /// Nodes of the coarser level at the ends of the edge that node `index` of the finer lattice halves.
-fn coarse_ends(index: [i32; 2], last: [i32; 2]) -> [[i32; 2]; 2] {
+pub(crate) fn coarse_ends(index: [i32; 2], last: [i32; 2]) -> [[i32; 2]; 2] {
     let odd = [0, 1].map(|a| index[a] % 2 == 1 && index[a] != last[a]);
     let low = [0, 1].map(|a| if odd[a] { index[a] / 2 } else { (index[a] + 1) / 2 });
     let step = odd.map(i32::from);

@@ -23,16 +23,7 @@ impl Renderer {
         let state =
             self.state.as_ref().ok_or_else(|| GpuError::Readback { reason: "no frame was drawn".into() })?;
         let counters = self.read_counters()?;
-        let read_patches = |count: usize| -> Result<Vec<PatchRecord>, GpuError> {
-            let lanes = self.shape.levels() * self.plan.variant.charts;
-            let slots = (slots_per_level(self.shape) * lanes) as usize;
-            let records: Vec<PatchRecord> =
-                read_buffer(&self.device, &self.queue, &self.buffers.patches, slots)?;
-            let visible: Vec<u32> =
-                read_buffer(&self.device, &self.queue, &self.buffers.visible_slots, count)?;
-            Ok(visible.iter().filter_map(|ix| records.get(*ix as usize)).copied().collect())
-        };
-        let patches = read_patches(counters.expand_x as usize)?;
+        let patches = self.read_visible_patches()?;
         let vertex_count: u32 = patches.iter().map(|p| p.patch().vertex_count()).sum();
         let indices: Vec<u32> =
             read_buffer(&self.device, &self.queue, &self.buffers.indices, counters.index_count as usize)?;
@@ -43,6 +34,16 @@ impl Renderer {
             patches,
             counters,
         })
+    }
+
+    /// Records of the visible patches of the last submitted frame, in draw order; waits for the GPU.
+    pub(crate) fn read_visible_patches(&self) -> Result<Vec<PatchRecord>, GpuError> {
+        let count = self.read_counters()?.expand_x as usize;
+        let lanes = self.shape.levels() * self.plan.variant.charts;
+        let slots = (slots_per_level(self.shape) * lanes) as usize;
+        let records: Vec<PatchRecord> = read_buffer(&self.device, &self.queue, &self.buffers.patches, slots)?;
+        let visible: Vec<u32> = read_buffer(&self.device, &self.queue, &self.buffers.visible_slots, count)?;
+        Ok(visible.iter().filter_map(|ix| records.get(*ix as usize)).copied().collect())
     }
 
     /// Runs the expansion alone on the given records, whose first vertices and indices must be set, and

@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::Renderer;
 use crate::camera::Camera;
-use crate::clipmap::ChartWindows;
+use crate::clipmap::{ChartWindows, ClipmapShape, Windows};
+use crate::scene::{Scene, Terrain};
 
 /// Least width of the finest level's window, in heights of the picture where the ground is nearest. At 60
 /// degrees that is 2.5 times the distance; with n = 255 and 720 pixels a cell then has six.
@@ -17,7 +18,7 @@ impl Renderer {
         let (home, centre, away) = match &self.terrain.curved {
             None => {
                 let centre = self.terrain.samples_from_world(camera.eye_m);
-                (0, centre, self.away_from_plane(camera))
+                (0, centre, away_from_plane(&self.terrain, camera))
             }
             Some(curved) => {
                 let (foot, ground) = curved.ground(camera.eye_m);
@@ -30,35 +31,12 @@ impl Renderer {
         };
         let mut finest = 0;
         if self.scene.drop_fine_levels {
-            finest = self.finest_for(camera, away);
+            finest = finest_for(&self.terrain, self.shape, camera, away);
         }
         if let Some(globe) = self.terrain.curved.as_ref().and_then(|c| c.globe.as_ref()) {
             finest = self.finest_with_data(globe, camera, finest);
         }
         ChartWindows::place(&graph, self.shape, home, centre, finest)
-    }
-
-    /// Distance of the camera from the nearest ground, metres.
-    fn away_from_plane(&self, camera: &Camera) -> f64 {
-        let [low, high] = self.terrain.extent_m();
-        let eye = camera.eye_m;
-        let (x, y) = (eye.x.clamp(low[0], high[0]), eye.y.clamp(low[1], high[1]));
-        let ground = self.terrain.ground_bound_m(x, y).map_or(0.0, f64::from);
-        eye.distance(DVec3::new(x, y, ground.min(eye.z)))
-    }
-
-    /// Finest level worth drawing: where the ground is nearest, its window must be wider than
-    /// [`LEAST_WINDOW`] heights of the picture, which for a given n bounds the screen size of a cell from
-    /// below (Fruehstueck 2008, section 3.5.4; Asirvatham and Hoppe 2005).
-    fn finest_for(&self, camera: &Camera, away_m: f64) -> u32 {
-        let spacing = self.terrain.spacing_m[0].max(self.terrain.spacing_m[1]);
-        let picture_m = 2.0 * away_m * (camera.fov_deg.to_radians() * 0.5).tan();
-        let window_m = |l: u32| f64::from(self.shape.n() - 1) * spacing * f64::from(1_u32 << l);
-        let mut level = 0;
-        while level + 1 < self.shape.levels() && window_m(level) < LEAST_WINDOW * picture_m {
-            level += 1;
-        }
-        level
     }
 
     /// Levels finer than any data their windows would reach are not drawn, nor loaded.
@@ -79,4 +57,39 @@ impl Renderer {
         }
         level
     }
+}
+
+/// Windows for a camera over a plane, as ours places them; for other clipmaps of the same shape.
+pub(crate) fn windows_over_plane(
+    terrain: &Terrain,
+    scene: &Scene,
+    shape: ClipmapShape,
+    camera: &Camera,
+) -> Windows {
+    let away = away_from_plane(terrain, camera);
+    let finest = if scene.drop_fine_levels { finest_for(terrain, shape, camera, away) } else { 0 };
+    Windows::place(shape, terrain.source.lattice(), terrain.samples_from_world(camera.eye_m), finest)
+}
+
+/// Distance of the camera from the nearest ground, metres.
+fn away_from_plane(terrain: &Terrain, camera: &Camera) -> f64 {
+    let [low, high] = terrain.extent_m();
+    let eye = camera.eye_m;
+    let (x, y) = (eye.x.clamp(low[0], high[0]), eye.y.clamp(low[1], high[1]));
+    let ground = terrain.ground_bound_m(x, y).map_or(0.0, f64::from);
+    eye.distance(DVec3::new(x, y, ground.min(eye.z)))
+}
+
+/// Finest level worth drawing: where the ground is nearest, its window must be wider than
+/// [`LEAST_WINDOW`] heights of the picture, which for a given n bounds the screen size of a cell from
+/// below (Fruehstueck 2008, section 3.5.4; Asirvatham and Hoppe 2005).
+fn finest_for(terrain: &Terrain, shape: ClipmapShape, camera: &Camera, away_m: f64) -> u32 {
+    let spacing = terrain.spacing_m[0].max(terrain.spacing_m[1]);
+    let picture_m = 2.0 * away_m * (camera.fov_deg.to_radians() * 0.5).tan();
+    let window_m = |l: u32| f64::from(shape.n() - 1) * spacing * f64::from(1_u32 << l);
+    let mut level = 0;
+    while level + 1 < shape.levels() && window_m(level) < LEAST_WINDOW * picture_m {
+        level += 1;
+    }
+    level
 }

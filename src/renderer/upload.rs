@@ -1,7 +1,5 @@
 //! What `prepare` sends: control data, refill strips and the frame uniform, and what the ledger learns of it.
 
-use glam::DVec3;
-
 use super::{Renderer, State};
 use crate::camera::Camera;
 use crate::clipmap::{ChartWindows, Strip, height_bound, refill_from};
@@ -123,6 +121,7 @@ impl Renderer {
         self.queue.write_buffer(&self.buffers.staging, 0, bytemuck::cast_slice(&heads));
         self.queue.write_buffer(&self.buffers.staging, head_bytes, bytemuck::cast_slice(&self.staging));
         upload.control_bytes += head_bytes;
+        upload.strip_bytes += head_bytes;
         upload.height_bytes += staged_bytes;
         shifted
     }
@@ -162,8 +161,7 @@ impl Renderer {
         // Exact in f32, and what it leaves is the matrix' translation: see shading.wgsl.
         let near = (camera.eye_m - state.anchor_m).as_vec3();
         let clip = self.clip(camera, state.anchor_m + near.as_dvec3(), size_px);
-        let [azimuth, altitude] = self.scene.sun_deg.map(f64::to_radians);
-        let sun = DVec3::new(azimuth.sin() * altitude.cos(), azimuth.cos() * altitude.cos(), altitude.sin());
+        let sun = super::sun_direction(&self.scene);
         let first = &state.windows.charts[0];
         let mut origins = [[0; 4]; crate::clipmap::MAX_LEVELS as usize];
         for (slot, origin) in origins.iter_mut().zip(&first.origins) {
@@ -231,13 +229,10 @@ impl Renderer {
         background.map(|c| c * (-height / 60e3).exp() as f32 + 0.002)
     }
 
-    /// Fog takes two thirds over 1.7 times the data's diagonal; on a globe it is the air's: it thins out
-    /// upwards and hides no more than the limb from orbit.
+    /// Fog on a globe is the air's: it thins out upwards and hides no more than the limb from orbit.
     fn fog_per_m(&self, camera: &Camera) -> f64 {
         let Some(curved) = &self.terrain.curved else {
-            let [low, high] = self.terrain.extent_m();
-            let diagonal = DVec3::new(high[0] - low[0], high[1] - low[1], 0.0).length();
-            return 0.6 / diagonal.max(1e-6);
+            return super::fog_per_m(&self.terrain);
         };
         if curved.globe.is_some() {
             let height = curved.surface.foot(camera.eye_m).height_m.max(0.0);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::measure::error::ErrorReport;
 use crate::measure::{FrameStatistics, OpenLoopReport, UploadLedger};
 use crate::pyramid::StreamCounters;
 
@@ -207,8 +208,8 @@ pub struct Run {
     pub geometry: Geometry,
     /// Memory.
     pub memory: Memory,
-    /// Not measured yet: null.
-    pub error: Option<()>,
+    /// Error against the full resolution; null here: `compare` measures it.
+    pub error: Option<ErrorReport>,
     /// Cracks; null where none were looked for.
     pub cracks: Option<CrackReport>,
     /// What was streamed; null where all data lies in memory.

@@ -121,7 +121,7 @@ impl Flight<'_> {
         log.teleports.end();
         bar.finish_and_clear();
         let shape = renderer.shape();
-        log.ledger.vertices_if_full = u64::from(shape.n()).pow(2) * u64::from(shape.levels());
+        log.ledger.vertices_if_full = Some(u64::from(shape.n()).pow(2) * u64::from(shape.levels()));
         report.runs = vec![self.summarise(&renderer, &log)];
         report.rows = log.rows;
         write_report(dir, &report)?;
@@ -271,6 +271,8 @@ impl Flight<'_> {
             runs: Vec::new(),
             checks: None,
             pictures: Vec::new(),
+            comparison: None,
+            comparison_section: None,
             rows: Vec::new(),
         }
     }

@@ -3,6 +3,7 @@
 use super::spec::{Dispatch, EVERY_FRAME, PassSpec};
 use super::{Variant, bind, binding, create_module, flag};
 use crate::gpu::{Buffers, Counters, Ground, shaders};
+use crate::renderer::Target;
 use crate::scene::ColorMode;
 
 /// Depth format: reversed, so that 32 bits of float keep their precision in the distance.
@@ -37,6 +38,98 @@ fn mode(color: ColorMode) -> f64 {
     }
 }
 
+/// What differs between the pipelines that draw terrain; ours and the rivals' have all else in common.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drawing<'a> {
+    /// Entry points.
+    pub vertex: &'a str,
+    pub fragment: &'a str,
+    pub buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    /// Override constants.
+    pub constants: &'a [(&'a str, f64)],
+    /// Triangle strips with a restart index, not lists.
+    pub strips: bool,
+}
+
+impl Default for Drawing<'_> {
+    fn default() -> Self {
+        Self { vertex: "vs_solid", fragment: "fs_solid", buffers: &[], constants: &[], strips: false }
+    }
+}
+
+/// A pipeline that draws terrain.
+pub(crate) fn terrain_pipeline(
+    device: &wgpu::Device,
+    format: wgpu::TextureFormat,
+    module: &wgpu::ShaderModule,
+    drawing: &Drawing<'_>,
+) -> wgpu::RenderPipeline {
+    let options = wgpu::PipelineCompilationOptions { constants: drawing.constants, ..Default::default() };
+    let lists = wgpu::PrimitiveState::default();
+    let strips = wgpu::PrimitiveState {
+        topology: wgpu::PrimitiveTopology::TriangleStrip,
+        strip_index_format: Some(wgpu::IndexFormat::Uint32),
+        ..lists
+    };
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("draw_terrain"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(drawing.vertex),
+            compilation_options: options.clone(),
+            buffers: drawing.buffers,
+        },
+        primitive: if drawing.strips { strips } else { lists },
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(drawing.fragment),
+            compilation_options: options,
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// A render pass over the target, cleared to `background` (linear RGB) and depth 0 where it asks for that.
+pub(crate) fn begin_pass<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    target: Target<'_>,
+    background: [f32; 3],
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+) -> wgpu::RenderPass<'e> {
+    let [r, g, b] = background.map(f64::from);
+    let color = wgpu::Color { r, g, b, a: 1.0 };
+    let load = if target.clear { wgpu::LoadOp::Clear(color) } else { wgpu::LoadOp::Load };
+    let depth_load = if target.clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("draw_terrain"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: target.color,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+        })],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: target.depth,
+            depth_ops: Some(wgpu::Operations { load: depth_load, store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        timestamp_writes,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
+}
+
 /// The draw of a scene: solid from vertex and index buffers, or wireframe by vertex pulling.
 #[derive(Debug)]
 pub(crate) struct DrawTerrain {
@@ -56,10 +149,7 @@ impl DrawTerrain {
         let module = create_module(device, (SPEC.source)(variant), variant.ground);
         let plane = variant.ground == Ground::Plane;
         let constants = (SPEC.constants)(variant);
-        let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
         let wireframe = variant.wireframe;
-        let (vertex_entry, fragment_entry) =
-            if wireframe { ("vs_wire", "fs_wire") } else { ("vs_solid", "fs_solid") };
         let vertex_layout = wgpu::VertexBufferLayout {
             array_stride: 16,
             step_mode: wgpu::VertexStepMode::Vertex,
@@ -71,33 +161,13 @@ impl DrawTerrain {
             attributes: &wgpu::vertex_attr_array![2 => Uint32],
         };
         let vertex_buffers = [Some(vertex_layout), Some(shade_layout)];
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("draw_terrain"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some(vertex_entry),
-                compilation_options: options.clone(),
-                buffers: if wireframe { &[] } else { &vertex_buffers[..if plane { 1 } else { 2 }] },
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH_FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Greater),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(fragment_entry),
-                compilation_options: options,
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let drawing = if wireframe {
+            Drawing { vertex: "vs_wire", fragment: "fs_wire", constants: &constants, ..Drawing::default() }
+        } else {
+            let buffers = &vertex_buffers[..if plane { 1 } else { 2 }];
+            Drawing { buffers, constants: &constants, ..Drawing::default() }
+        };
+        let pipeline = terrain_pipeline(device, format, &module, &drawing);
         let bindings = (SPEC.bindings)(variant);
         let bind_group = bind(device, "draw_terrain", &pipeline.get_bind_group_layout(0), buffers, &bindings);
         Self { pipeline, bind_group, bindings, wireframe }
