@@ -8,7 +8,7 @@
 )]
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use tessclip::gpu::{Counters, GpuControlQuad, GpuFrame, Ground, PatchRecord, shader_sources};
+use tessclip::gpu::{Counters, GpuControlQuad, GpuFrame, Ground, PatchRecord, rival_sources, shader_sources};
 use tessclip::reference::Vertex;
 
 fn validate(text: &str) -> Result<naga::Module, String> {
@@ -69,6 +69,16 @@ fn every_variant_of_every_shader_is_valid() {
     // By pass: SHORT; none; MORPH, CULL and on a curved surface HORIZON; none; HAS_VOIDS, MORPH and on a
     // plane NORMALS; FOG and five colourings; and without bounds MORPH and CULL.
     assert_eq!(count, 3 * (2 + 1 + 1 + 10 + 4) + (4 + 8 + 8) + (8 + 4 + 4));
+}
+
+#[test]
+fn the_vertex_stages_of_rivals_are_valid() {
+    for source in rival_sources() {
+        let text = source.text(Ground::Plane);
+        for variant in variants(&text) {
+            validate(&variant).unwrap_or_else(|e| panic!("{}: {e}", source.stem));
+        }
+    }
 }
 
 #[test]
