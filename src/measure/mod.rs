@@ -2,11 +2,14 @@
 
 mod cracks;
 mod environment;
+pub mod error;
 mod frames;
+pub mod fronts;
 pub mod invariants;
 mod mesh;
 mod open_loop;
 pub mod oracle;
+pub mod pairs;
 pub mod stability;
 mod upload;
 mod watertight;
