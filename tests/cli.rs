@@ -155,6 +155,84 @@ fn a_flight_writes_a_report_that_says_what_it_is() {
 }
 
 #[test]
+#[cfg_attr(tessclip_no_gpu, ignore)]
+fn a_comparison_writes_a_report_that_says_what_it_is() {
+    let dir = TempDir::new().expect("a folder");
+    let to = dir.path().to_str().expect("text");
+    let tiny = ["--frames", "10", "--rounds", "5", "--views", "2", "--size", "160x90", "--n", "31"];
+    let mut args = vec!["compare", "procedural:mountains?size=129", "--report", to, "--path", "straight"];
+    args.extend(tiny);
+    stdout(&args);
+    let json: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(dir.path().join("report.json")).expect("written"))
+            .expect("json");
+    assert_eq!(json["schema"], "tessclip-report/1");
+    let rows = json["comparison"]["paths"][0]["methods"].as_array().expect("methods");
+    assert_eq!(rows.len(), 9);
+    for row in rows {
+        let method = row["method"].as_str().expect("a name");
+        assert_eq!(row["frames"], 50, "{method}");
+        // 50 frames have no 99th percentile; nothing that is missing is 0.
+        assert!(row["frame_ms"]["p99"].is_null() && row["frame_ms"]["p50"].as_f64() > Some(0.0), "{method}");
+        assert_eq!(row["error"]["crack_pixels"], 0, "{method}");
+        assert_eq!(row["error"]["uncovered_samples"], 0, "{method}");
+        let sent = |kind: &str| row["upload"][kind].as_u64().expect("a number");
+        if method.starts_with("tessellated") {
+            assert_eq!((sent("vertex_bytes"), sent("index_bytes"), sent("vertices")), (0, 0, 0), "{method}");
+        }
+        assert_eq!(row["ratio"].is_null(), method == "tessellated");
+        let clipmap = method.starts_with("tessellated") || ["classic", "footprint"].contains(&method);
+        assert_eq!(row["upload"]["vertices_if_full"].is_null(), !clipmap, "{method}");
+        match method {
+            "classic" | "roam" => assert!(sent("vertex_bytes") > 0, "{method}: {row}"),
+            "footprint" | "brute-force" => assert_eq!(sent("vertex_bytes"), 0, "{method}: {row}"),
+            _ => {} // geomipmaps and chunks send what comes into view and is not there
+        }
+        // All clipmaps but ours have their morph; brute force has no error at all.
+        let px = row["error"]["px"]["max"].as_f64().expect("a number");
+        assert_eq!(px < 0.01, method == "brute-force", "{method}: {px}");
+    }
+    assert_eq!(json["runs"].as_array().map(Vec::len), Some(9));
+    let html = std::fs::read_to_string(dir.path().join("report.html")).expect("written");
+    assert!(html.contains("<svg") && !html.contains("http") && !html.contains("<script"));
+    let samples = std::fs::read_to_string(dir.path().join("samples.csv")).expect("written");
+    // Ten cases, ours twice, in five rounds of ten frames, and a head.
+    assert_eq!(samples.lines().count(), 1 + 10 * 5 * 10);
+    // The ledger of a flight is the sum of its frames.
+    let heads: Vec<&str> = samples.lines().next().expect("a head").split(',').collect();
+    let column = |name: &str| heads.iter().position(|h| *h == name).expect("a column");
+    for row in rows {
+        let of_flight = samples.lines().skip(1).map(|l| l.split(',').collect::<Vec<_>>());
+        let of_flight =
+            of_flight.filter(|l| l[column("method")] == row["method"] && l[column("round")] == "0");
+        let lines: Vec<Vec<&str>> = of_flight.collect();
+        for kind in ["control_bytes", "height_bytes", "vertex_bytes", "index_bytes"] {
+            let sum: u64 = lines.iter().map(|l| l[column(kind)].parse::<u64>().expect("a number")).sum();
+            assert_eq!(row["upload"][kind], sum, "{kind} of {}", row["method"]);
+        }
+    }
+    assert!(dir.path().join("fronts.csv").is_file() && dir.path().join("uploads.csv").is_file());
+}
+
+#[test]
+fn comparisons_that_cannot_be_are_refused_in_one_line() {
+    let dir = TempDir::new().expect("a folder");
+    let to = dir.path().to_str().expect("text");
+    let with = |more: &[&str], words: &[&str]| {
+        let mut args = vec!["compare", "procedural:mountains?size=65", "--report", to];
+        args.extend(more);
+        refused(&args, words);
+    };
+    with(&["--methods", "raom"], &["raom", "roam"]);
+    with(&["--methods", ""], &["no such method"]);
+    with(&["--path", "nope"], &["nope"]);
+    with(&["--path", "straight,,still"], &["empty name"]);
+    with(&["--wireframe"], &["--wireframe"]);
+    with(&["--n", "255", "--levels", "99"], &["99 levels"]);
+    tessclip().args(["compare", "procedural:plain", "--patch-cells", "12", "--report", to]).assert().code(2);
+}
+
+#[test]
 fn info_tells_what_the_catalogue_says() {
     let Some(file) = shared("srtm/N46E008.tif") else { return };
     let json: serde_json::Value =

@@ -1,19 +1,13 @@
 //! Arguments that several commands share.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::{Context as _, bail};
 use clap::ValueEnum;
-use tessclip::heights::{
-    HeightGrid, NodataPolicy, PositionGrid, ReadOptions, is_position_file, open_terrain,
-};
-use tessclip::stream::TileSource;
-use tessclip::surface::{Base, Ellipsoid};
 use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
 
 use super::scene_file::SceneFile;
-use super::stores::{StreamArgs, open_store};
+pub use super::terrain_args::{ReadArgs, TerrainArgs};
 
 /// How voids are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -55,263 +49,6 @@ pub enum Color {
     Elevation,
     /// Slope ramp
     Slope,
-}
-
-/// How elevation is read.
-#[derive(Clone, Debug, clap::Args)]
-pub struct ReadArgs {
-    /// Metres between samples, for files without georeference
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    spacing: Option<f64>,
-    /// Metres a unit, for raw values
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    z_scale: Option<f64>,
-    /// Metres added after scaling
-    #[arg(long, value_name = "O", allow_negative_numbers = true)]
-    z_offset: Option<f64>,
-}
-
-impl ReadArgs {
-    /// True when --spacing was given.
-    pub fn has_spacing(&self) -> bool {
-        self.spacing.is_some()
-    }
-
-    /// Reads the terrain, or the one a scene file names, as it is, voids and all.
-    pub fn read(&self, terrain: &str) -> anyhow::Result<HeightGrid> {
-        let file = SceneFile::of(terrain)?;
-        let read = self.over(&file);
-        let source = file.source.as_deref().unwrap_or(terrain);
-        let recipe = source.strip_prefix("procedural:");
-        if recipe.is_some_and(PositionGrid::is_named)
-            || (recipe.is_none() && is_position_file(Path::new(source)))
-        {
-            bail!("{source}: holds positions, not heights; render, mesh, fly and plan take them");
-        }
-        if let Some(store) = open_store(source)? {
-            read.refuse_for_store(source)?;
-            return Ok(store.to_grid(ReadOptions::default().max_samples)?);
-        }
-        Ok(open_terrain(source, &read.options())?)
-    }
-
-    /// These wishes, for the readers.
-    pub fn options(&self) -> ReadOptions {
-        ReadOptions {
-            spacing_m: self.spacing,
-            z_scale: self.z_scale,
-            z_offset: self.z_offset,
-            ..ReadOptions::default()
-        }
-    }
-
-    /// What is settled when a store is built.
-    fn refuse_for_store(&self, store: &str) -> anyhow::Result<()> {
-        let given = [
-            ("--spacing", self.spacing.is_some()),
-            ("--z-scale", self.z_scale.is_some()),
-            ("--z-offset", self.z_offset.is_some()),
-        ];
-        match given.into_iter().find(|(_, given)| *given) {
-            Some((option, _)) => {
-                bail!("{store}: is a store, for which {option} was settled when it was built")
-            }
-            None => Ok(()),
-        }
-    }
-
-    /// These wishes, and where they say nothing those of a scene file.
-    fn over(&self, file: &SceneFile) -> Self {
-        Self {
-            spacing: self.spacing.or(file.spacing),
-            z_scale: self.z_scale.or(file.z_scale),
-            z_offset: self.z_offset.or(file.z_offset),
-        }
-    }
-}
-
-/// A terrain to draw.
-#[derive(Clone, Debug, clap::Args)]
-pub struct TerrainArgs {
-    /// A DEM file, a store T.zarr, three rasters X,Y,Z or a three-band raster of positions, a scene file NAME.toml, or
-    /// procedural:NAME?seed=1&size=1025 (mountains, dunes, plain, cliff, spikes, checkerboard, planet,
-    /// overhang, fold)
-    pub terrain: String,
-    #[command(flatten)]
-    read: ReadArgs,
-    /// How voids are drawn; by default hole
-    #[arg(long, value_enum)]
-    nodata: Option<Nodata>,
-    /// Base surface: plane, wgs84, moon, mars, sphere:R, ellipsoid:A,B, cylinder:R[,inside], torus:R,r or
-    /// sampled; by default wgs84 for data in degrees, sampled for positions, else plane
-    #[arg(long, value_name = "BASE")]
-    base: Option<Base>,
-    /// More DEMs in degrees on the same ellipsoid; the finest wins where they overlap
-    #[arg(long, value_name = "DEM")]
-    over: Vec<String>,
-    /// Factor on the heights; by default 1
-    #[arg(long, value_name = "X", allow_negative_numbers = true)]
-    exaggeration: Option<f64>,
-    /// How coarser levels are made; by default subsample
-    #[arg(long, value_enum)]
-    prefilter: Option<Filter>,
-    #[command(flatten)]
-    stream: StreamArgs,
-}
-
-impl TerrainArgs {
-    /// These wishes, and where they say nothing those of the scene file TERRAIN may name.
-    pub fn over(&self, file: &SceneFile) -> Self {
-        Self {
-            terrain: file.source.clone().unwrap_or_else(|| self.terrain.clone()),
-            read: self.read.over(file),
-            nodata: self.nodata.or(file.nodata),
-            base: self.base.or(file.base),
-            over: if self.over.is_empty() { file.over.clone() } else { self.over.clone() },
-            exaggeration: self.exaggeration.or(file.exaggeration),
-            prefilter: self.prefilter.or(file.prefilter),
-            stream: self.stream.clone(),
-        }
-    }
-
-    /// Reads the terrain's heights; a void policy is applied.
-    pub fn grid(&self) -> anyhow::Result<HeightGrid> {
-        self.read_grid(&self.terrain)
-    }
-
-    fn read_grid(&self, terrain: &str) -> anyhow::Result<HeightGrid> {
-        let grid = self.read.read(terrain)?;
-        if grid.min_max_mean().is_none() {
-            bail!("{terrain}: every sample is void: there is nothing to draw");
-        }
-        Ok(match self.nodata {
-            None | Some(Nodata::Hole) => grid,
-            Some(Nodata::Fill) => grid.with_nodata(NodataPolicy::Fill),
-        })
-    }
-
-    /// Reads the terrain and puts it on its base surface.
-    pub fn open(&self) -> anyhow::Result<Terrain> {
-        let factor = self.exaggeration.unwrap_or(1.0);
-        if !factor.is_finite() || factor.abs() > 1e6 {
-            bail!("--exaggeration {factor}: give a number of at most 1e6 in magnitude");
-        }
-        let terrain = self.open_plain()?;
-        let range = terrain.source.height_range().unwrap_or([0.0, 0.0]);
-        if range.iter().any(|h| f64::from(h.abs()) * factor.abs() > 1e12) {
-            bail!("--exaggeration {factor} lifts {}: heights may reach 1e12 m; lower it", self.terrain);
-        }
-        let terrain = terrain.exaggerated(factor as f32);
-        if let Some(curved) = &terrain.curved {
-            curved.check_relief().with_context(|| self.terrain.clone())?;
-        }
-        Ok(terrain)
-    }
-
-    fn open_plain(&self) -> anyhow::Result<Terrain> {
-        if let Some(terrain) = self.streamed()? {
-            return Ok(terrain);
-        }
-        if let Some(positions) = self.positions()? {
-            match self.base {
-                None | Some(Base::Sampled) if self.over.is_empty() => {}
-                None | Some(Base::Sampled) => bail!("--over needs data in degrees, not positions"),
-                Some(base) => bail!("{}: holds positions, which make base sampled, not {base}", self.terrain),
-            }
-            if positions.valid.as_ref().is_some_and(|v| !v.contains(&true)) {
-                bail!("{}: every position is void: there is nothing to draw", self.terrain);
-            }
-            let heights_only = [
-                ("--exaggeration", self.exaggeration.is_some_and(|f| f != 1.0)),
-                ("--nodata fill", self.nodata == Some(Nodata::Fill)),
-                ("--prefilter low-pass", self.prefilter == Some(Filter::LowPass)),
-                ("--spacing", self.read.spacing.is_some()),
-                ("--z-scale", self.read.z_scale.is_some()),
-                ("--z-offset", self.read.z_offset.is_some()),
-            ];
-            if let Some((option, _)) = heights_only.into_iter().find(|(_, given)| *given) {
-                bail!("{}: holds positions, for which {option} has no meaning; leave it out", self.terrain);
-            }
-            return Ok(Terrain::sampled(positions));
-        }
-        let grid = self.grid()?;
-        let geographic = grid.georeference.degrees.is_some();
-        let wgs84 = Base::Ellipsoid { a_m: Ellipsoid::WGS84.a, b_m: Ellipsoid::WGS84.b };
-        let base = self.base.unwrap_or(if geographic { wgs84 } else { Base::Plane });
-        if self.over.is_empty() {
-            return Terrain::on(&grid, base, self.prefilter()).with_context(|| self.terrain.clone());
-        }
-        let Base::Ellipsoid { a_m, b_m } = base else {
-            bail!("--over needs data in degrees on an ellipsoid, not base {base}");
-        };
-        if self.prefilter() != Prefilter::Subsample {
-            bail!("--over takes every second sample for coarser levels: leave --prefilter out");
-        }
-        let mut grids = vec![grid];
-        for dem in &self.over {
-            grids.push(self.read_grid(dem)?);
-        }
-        for (grid, name) in grids.iter().zip(std::iter::once(&self.terrain).chain(&self.over)) {
-            if grid.georeference.degrees.is_none() {
-                bail!("{name}: is not in degrees: only such data can share a globe");
-            }
-        }
-        Ok(Terrain::globe(grids, Ellipsoid { a: a_m, b: b_m })?)
-    }
-
-    /// A store on a plane is streamed; on other bases it is read whole, as any other DEM.
-    fn streamed(&self) -> anyhow::Result<Option<Terrain>> {
-        let Some(store) = open_store(&self.terrain)? else { return Ok(None) };
-        let geographic = store.manifest().place.degrees.is_some();
-        let plane = self.base.map_or(!geographic, |base| base == Base::Plane);
-        if !plane || !self.over.is_empty() {
-            return Ok(None);
-        }
-        self.read.refuse_for_store(&self.terrain)?;
-        if self.nodata == Some(Nodata::Fill) {
-            bail!(
-                "{}: voids of a streamed store cannot be filled; fill them before building it",
-                self.terrain
-            );
-        }
-        let stored = store.manifest().prefilter();
-        if self.prefilter.is_some() && self.prefilter() != stored {
-            bail!("{}: was built with --prefilter {stored}; build it again for another one", self.terrain);
-        }
-        if store.manifest().range_m.is_none() {
-            bail!("{}: every sample is void: there is nothing to draw", self.terrain);
-        }
-        let source = TileSource::new(Arc::new(store), self.stream.options())?;
-        Ok(Some(Terrain::streamed(source)))
-    }
-
-    /// The terrain as positions, when it holds such or base sampled asks for them.
-    fn positions(&self) -> anyhow::Result<Option<PositionGrid>> {
-        let recipe = self.terrain.strip_prefix("procedural:").filter(|r| PositionGrid::is_named(r));
-        if let Some(recipe) = recipe {
-            return Ok(Some(PositionGrid::parse(recipe)?));
-        }
-        if self.terrain.starts_with("procedural:") {
-            return Ok(None);
-        }
-        // x, y and z may come as three rasters.
-        let parts: Vec<&str> = self.terrain.split(',').collect();
-        if self.base == Some(Base::Sampled)
-            && let [x, y, z] = parts[..]
-        {
-            let grids = [self.read.read(x)?, self.read.read(y)?, self.read.read(z)?];
-            return Ok(Some(PositionGrid::from_grids(&grids[0], &grids[1], &grids[2])?));
-        }
-        let path = Path::new(&self.terrain);
-        if !is_position_file(path) {
-            return Ok(None);
-        }
-        Ok(Some(PositionGrid::read(path)?))
-    }
-
-    fn prefilter(&self) -> Prefilter {
-        self.prefilter.map_or(Prefilter::Subsample, Prefilter::from)
-    }
 }
 
 /// The clipmap's shape.
@@ -395,7 +132,12 @@ impl LookArgs {
 
     /// Picture size in pixels.
     pub fn size(&self, file: &SceneFile) -> [u32; 2] {
-        self.size.or(file.size).unwrap_or(SIZE)
+        self.size_given(file).unwrap_or(SIZE)
+    }
+
+    /// Picture size in pixels, where one is given.
+    pub fn size_given(&self, file: &SceneFile) -> Option<[u32; 2]> {
+        self.size.or(file.size)
     }
 
     /// Vertical field of view, degrees.

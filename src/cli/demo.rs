@@ -9,17 +9,20 @@ use tessclip::gpu::Gpu;
 use tessclip::heights::{GridSource, ReadOptions, open_terrain};
 use tessclip::measure::invariants::Effort;
 use tessclip::pyramid::store::{BuildOptions, Progress, build};
-use tessclip::report::{Report, write_report};
+use tessclip::report::{ComparisonReport, Report, comparison_section, write_report};
+use tessclip::rivals::{Detail, Method};
 use tessclip::stream::{StreamOptions, TileSource};
 use tessclip::surface::Ellipsoid;
 use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
 
 use super::Outcome;
+use super::compare::{Extent, Study};
 use super::fly::Flight;
 use super::paths::{Course, Tempo};
 use super::picture::{picture, write_png};
 
 const TERRAIN: &str = "procedural:mountains?seed=7&size=2049";
+const COMPARED: &str = "procedural:mountains?seed=7&size=1025";
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: tessclip demo --out demo-out")]
@@ -68,6 +71,10 @@ pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
     for run in &report.runs {
         say(&format!("  {}", super::fly::one_line(run)))?;
     }
+    say("methods compared, quickly")?;
+    let compared = compare(&gpu, args, quiet)?;
+    report.comparison_section = Some(comparison_section(&compared)?);
+    report.comparison = Some(compared.comparison);
     say("check, in brief")?;
     let odd = open_terrain("procedural:mountains?width=331&height=262", &ReadOptions::default())?;
     let rows = super::check::rows(&gpu, &odd, Effort::Brief)?;
@@ -83,6 +90,25 @@ pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
         begin.elapsed().as_secs_f64()
     ))?;
     Ok(if pass { Outcome::Done } else { Outcome::FellShort })
+}
+
+/// All methods on a smaller terrain; a report of its own, which the demo's repeats.
+fn compare(gpu: &Gpu, args: &Args, quiet: bool) -> anyhow::Result<ComparisonReport> {
+    let terrain = Terrain::new(&open_terrain(COMPARED, &ReadOptions::default())?, Prefilter::default());
+    let extent = Extent::quick();
+    let study = Study {
+        name: COMPARED,
+        terrain: &terrain,
+        scene: Scene::default(),
+        size: extent.size,
+        fov_deg: 60.0,
+        paths: &["double-turn".into()],
+        methods: &Method::ALL,
+        detail: Detail::default(),
+        extent,
+        note: None,
+    };
+    study.run(gpu, &args.out.join("compare"), quiet)
 }
 
 /// A short flight; its report is written, and overwritten by the next one's.

@@ -3,6 +3,7 @@
 mod args;
 mod build;
 mod check;
+mod compare;
 mod demo;
 mod export;
 mod fly;
@@ -15,6 +16,7 @@ mod plan;
 mod render;
 mod scene_file;
 mod stores;
+mod terrain_args;
 mod verify;
 
 use std::process::ExitCode;
@@ -53,6 +55,8 @@ enum Command {
     Footprints(footprints::Args),
     /// A benchmark flight
     Fly(fly::Args),
+    /// Rival methods on the same data, path and device: upload, frame times, error against run time
+    Compare(compare::Args),
     /// Invariants of the mesh: a table of figures against bounds
     Check(check::Args),
     /// What a scene is turned into: passes, memory, and what is left out and why
@@ -88,6 +92,7 @@ pub fn run() -> ExitCode {
         Command::Footprints(args) => footprints::run(args),
         Command::Fly(args) => fly::run(args, cli.quiet),
         Command::Check(args) => check::run(args),
+        Command::Compare(args) => compare::run(args, cli.quiet),
         Command::Plan(args) => plan::run(args),
     };
     match outcome {

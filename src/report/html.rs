@@ -24,8 +24,10 @@ pub fn write_html(path: &Path, report: &Report) -> Result<(), ReportError> {
     environment.add_template("report.html", include_str!("report.html")).map_err(made)?;
     let template = environment.get_template("report.html").map_err(made)?;
     let plots = plots(report);
-    let page =
-        template.render(context! { plots, ..Value::from(minijinja::value::Serde(report)) }).map_err(made)?;
+    let section = &report.comparison_section;
+    let page = template
+        .render(context! { plots, section, ..Value::from(minijinja::value::Serde(report)) })
+        .map_err(made)?;
     std::fs::write(path, page).map_err(|reason| ReportError::Write { path: path.into(), reason })
 }
 

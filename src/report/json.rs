@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{FrameRow, Run};
+use super::{Comparison, FrameRow, Run};
 use crate::measure::{Environment, invariants::CheckRow};
 use crate::plan::Plan;
 
@@ -63,6 +63,11 @@ pub struct Report {
     pub checks: Option<Vec<CheckRow>>,
     /// Pictures beside the report.
     pub pictures: Vec<String>,
+    /// Methods compared, where they were.
+    pub comparison: Option<Comparison>,
+    /// The same as a part of report.html.
+    #[serde(skip)]
+    pub comparison_section: Option<String>,
     /// Raw samples, written to frames.csv.
     #[serde(skip)]
     pub rows: Vec<FrameRow>,

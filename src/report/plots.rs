@@ -121,7 +121,7 @@ fn round_width(width: f64) -> f64 {
 
 /// At most `most` points: the least and the greatest of as many stretches as it takes, in their order, so
 /// that no peak is lost.
-fn thinned(points: Vec<(f64, f64)>, most: usize) -> Vec<(f64, f64)> {
+pub(super) fn thinned(points: Vec<(f64, f64)>, most: usize) -> Vec<(f64, f64)> {
     if points.len() <= most {
         return points;
     }

@@ -1,0 +1,477 @@
+//! Rivals beside each other: the data of `tessclip compare`, its files and its part of a page. `None` is
+//! null in report.json, empty in the CSV files and a dash on the page, never 0.
+
+use std::path::Path;
+
+use minijinja::value::Serde;
+use minijinja::{Value, context};
+use serde::Serialize;
+
+use super::comparison_plots::{Figure, path_figures, upload_figure};
+use super::comparison_uploads::UploadRow;
+use super::html::MIB;
+use super::{Quantiles, ReportError, SceneFacts};
+use crate::measure::error::ErrorReport;
+use crate::measure::fronts::{Point, dominated, union};
+use crate::measure::pairs::{Noise, Ratio};
+use crate::measure::{Environment, FrameStatistics, UploadLedger};
+
+/// What `compare` found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// Whether it was cut short to see that it works; its figures are not to be quoted.
+    pub quick: bool,
+    /// Method the others are compared with; measured twice a round.
+    pub baseline: &'static str,
+    /// Frames of a flight on the path; a method that needs too long for a frame flies only every k-th.
+    pub frames_per_flight: u32,
+    /// Rounds: flights of each method on each path.
+    pub rounds: u32,
+    /// By camera path.
+    pub paths: Vec<PathComparison>,
+    /// Uploads by window size.
+    pub uploads: Vec<UploadRow>,
+    /// What could not be measured.
+    pub cannot: Vec<Cannot>,
+    /// All of it in plain words, a paragraph each.
+    pub words: Vec<String>,
+}
+
+/// All methods on one camera path.
+#[derive(Clone, Debug, Serialize)]
+pub struct PathComparison {
+    /// Camera path.
+    pub path: String,
+    /// The baseline against itself.
+    pub noise: Noise,
+    /// The methods at their default detail.
+    pub methods: Vec<MethodRow>,
+    /// The methods at all their settings.
+    pub fronts: Vec<Front>,
+    /// Settings that no other one of any method beats in p99 error and median time, by time.
+    pub outer_front: Vec<OuterPoint>,
+}
+
+/// A method at its default detail on one path.
+#[derive(Clone, Debug, Serialize)]
+pub struct MethodRow {
+    /// Method.
+    pub method: &'static str,
+    /// Its detail parameters.
+    pub detail: serde_json::Value,
+    /// Frames measured in all rounds together.
+    pub frames: usize,
+    /// It flew every k-th frame of the path, because one takes too long; 1 is all of them.
+    pub every: u32,
+    /// CPU start of frame to GPU done, milliseconds, frames of all rounds pooled.
+    pub frame_ms: FrameStatistics,
+    /// CPU start of frame to submission, milliseconds, frames of all rounds pooled.
+    pub cpu_ms: Quantiles,
+    /// Median frame time against the baseline's; null for the baseline, and where no round has both.
+    pub ratio: Option<Ratio>,
+    /// p99 / p50 of a round's frames over that of the baseline's round, judged against A against A of the same;
+    /// `None` for the baseline itself, and below 100 frames a flight. "faster" reads steadier.
+    pub r99_ratio: Option<Ratio>,
+    /// Median frame time of each round, milliseconds.
+    pub rounds_ms: Vec<f64>,
+    /// Upload ledger of one flight, bytes; all flights of a method send the same.
+    pub upload: UploadLedger,
+    /// Median triangles drawn.
+    pub triangles_p50: Option<f64>,
+    /// Median draw calls.
+    pub draw_calls_p50: Option<f64>,
+    /// GPU buffers, bytes.
+    pub gpu_bytes: u64,
+    /// Tables and trees that the CPU keeps besides the samples, bytes.
+    pub cpu_bytes: u64,
+    /// Errors against the full-resolution surface; null where not measured.
+    pub error: Option<ErrorReport>,
+}
+
+/// What a flight sends per frame, means in bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct UploadPerFrame {
+    /// Control data and records of a curved base surface, first frame excluded.
+    pub control_bytes: f64,
+    /// Frame uniforms, first frame included.
+    pub uniform_bytes: f64,
+    /// Height samples, first frame excluded.
+    pub height_bytes: f64,
+    /// Vertices and indices, first frame excluded.
+    pub mesh_bytes: f64,
+}
+
+impl MethodRow {
+    /// Means over the frames of one flight.
+    #[must_use]
+    pub fn upload_per_frame(&self) -> UploadPerFrame {
+        let frames = self.frames as f64 / self.rounds_ms.len().max(1) as f64;
+        let over = |bytes: u64, frames: f64| bytes as f64 / frames.max(1.0);
+        UploadPerFrame {
+            control_bytes: over(self.upload.control_bytes + self.upload.surface_bytes, frames),
+            // The ledger counts the first frame's, too, which is no frame of the flight.
+            uniform_bytes: over(self.upload.uniform_bytes, frames + 1.0),
+            height_bytes: over(self.upload.height_bytes, frames),
+            mesh_bytes: over(self.upload.vertex_bytes + self.upload.index_bytes, frames),
+        }
+    }
+
+    fn invalid_because(&self) -> Vec<String> {
+        if self.frame_ms.p50.is_some() { Vec::new() } else { vec!["no frame was measured".into()] }
+    }
+
+    /// The row as an entry of `runs` in report.json.
+    fn run(&self, path: &str) -> serde_json::Value {
+        let invalid_because = self.invalid_because();
+        serde_json::json!({
+            "method": self.method,
+            "params": self.detail,
+            "frames": self.frames,
+            "every": self.every,
+            "path": path,
+            "speed_windows_per_s": null,
+            "frame_ms": self.frame_ms,
+            "cpu_ms": self.cpu_ms,
+            "gpu_ms": null,
+            "upload": self.upload,
+            "geometry": {
+                "control_points": null,
+                "patches_p50": null,
+                "vertices_p50": null,
+                "triangles_p50": self.triangles_p50,
+                "triangles_max": null,
+                "dropped_patches": null,
+                "draw_calls_p50": self.draw_calls_p50,
+            },
+            "memory": { "gpu_bytes": self.gpu_bytes, "cpu_bytes": self.cpu_bytes, "peak_rss_bytes": null },
+            "error": self.error,
+            "stream": null,
+            "valid": invalid_because.is_empty(),
+            "invalid_because": invalid_because,
+        })
+    }
+}
+
+/// A method at all its settings on one path.
+#[derive(Clone, Debug, Serialize)]
+pub struct Front {
+    /// Method.
+    pub method: &'static str,
+    /// Its settings.
+    pub points: Vec<FrontPoint>,
+}
+
+/// One setting of a method.
+#[derive(Clone, Debug, Serialize)]
+pub struct FrontPoint {
+    /// Its detail parameters.
+    pub detail: serde_json::Value,
+    /// The same in words.
+    pub detail_words: String,
+    /// 99th percentile of the screen-space error, pixels; null where not measured.
+    pub p99_px: Option<f64>,
+    /// Median frame time, milliseconds.
+    pub median_ms: f64,
+    /// 95th percentile of the frame times, milliseconds.
+    pub p95_ms: Option<f64>,
+    /// 99th percentile of the frame times, milliseconds; null below 1,000 frames.
+    pub p99_ms: Option<f64>,
+    /// Median triangles drawn.
+    pub triangles: Option<f64>,
+    /// GPU buffers, bytes.
+    pub gpu_bytes: u64,
+    /// Another setting of the same method is no worse in p99 error and median time and better in one.
+    pub dominated: bool,
+    /// No setting of any method is better in one of them and no worse in the other.
+    pub on_outer_front: bool,
+}
+
+impl FrontPoint {
+    /// Its p99 error against a cost; `None` where one of them is missing or not finite.
+    #[must_use]
+    pub fn at(&self, cost: Option<f64>) -> Option<Point> {
+        let point = Point { cost: cost?, error: self.p99_px? };
+        (point.cost.is_finite() && point.error.is_finite()).then_some(point)
+    }
+}
+
+/// One setting of the outer front.
+#[derive(Clone, Debug, Serialize)]
+pub struct OuterPoint {
+    /// Method.
+    pub method: &'static str,
+    /// Its setting in words.
+    pub detail_words: String,
+    /// 99th percentile of the screen-space error, pixels.
+    pub p99_px: f64,
+    /// Median frame time, milliseconds.
+    pub median_ms: f64,
+}
+
+/// Marks the points of all methods on one path as dominated and as on the outer front, which is returned by
+/// time. Points without an error are neither.
+pub fn mark_fronts(fronts: &mut [Front]) -> Vec<OuterPoint> {
+    let mut known = Vec::new();
+    for front in fronts.iter_mut() {
+        let mut at = Vec::new();
+        for (ix, point) in front.points.iter_mut().enumerate() {
+            (point.dominated, point.on_outer_front) = (false, false);
+            at.extend(point.at(Some(point.median_ms)).map(|p| (ix, p)));
+        }
+        let points: Vec<Point> = at.iter().map(|(_, p)| *p).collect();
+        for ((ix, _), dominated) in at.iter().zip(dominated(&points)) {
+            front.points[*ix].dominated = dominated;
+        }
+        known.push(at);
+    }
+    let points: Vec<Vec<Point>> = known.iter().map(|at| at.iter().map(|(_, p)| *p).collect()).collect();
+    let mut outer = Vec::new();
+    for (method, at) in union(&points) {
+        let (ix, Point { cost, error }) = known[method][at];
+        let front = &mut fronts[method];
+        let point = &mut front.points[ix];
+        point.on_outer_front = true;
+        let detail_words = point.detail_words.clone();
+        outer.push(OuterPoint { method: front.method, detail_words, p99_px: error, median_ms: cost });
+    }
+    outer
+}
+
+/// What was not measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Cannot {
+    /// Method.
+    pub method: &'static str,
+    /// Why, in one line.
+    pub why: String,
+}
+
+/// One row of samples.csv: a measured frame.
+#[derive(Clone, Debug, Serialize)]
+pub struct SampleRow {
+    /// Camera path.
+    pub path: String,
+    /// Method.
+    pub method: &'static str,
+    /// Setting: 0 is the default detail, k the k-th of the sweep.
+    pub setting: usize,
+    /// Round from 0.
+    pub round: usize,
+    /// Frame of the path from 0.
+    pub frame: usize,
+    /// CPU start of frame to GPU done, milliseconds.
+    pub frame_ms: f64,
+    /// CPU start of frame to submission, milliseconds.
+    pub cpu_ms: f64,
+    /// Control data sent, bytes.
+    pub control_bytes: u64,
+    /// Height samples sent, bytes.
+    pub height_bytes: u64,
+    /// Vertices sent, bytes.
+    pub vertex_bytes: u64,
+    /// Indices sent, bytes.
+    pub index_bytes: u64,
+    /// Triangles drawn; empty where they were not counted.
+    pub triangles: Option<u64>,
+    /// Draw calls; empty where they were not counted.
+    pub draw_calls: Option<u64>,
+}
+
+/// A whole report of `compare`.
+#[derive(Clone, Debug, Serialize)]
+pub struct ComparisonReport {
+    /// "tessclip-report/1".
+    pub schema: &'static str,
+    /// Machine.
+    pub environment: Environment,
+    /// Scene.
+    pub scene: SceneFacts,
+    /// The default details as runs, from [`runs`].
+    pub runs: Vec<serde_json::Value>,
+    /// What was found.
+    pub comparison: Comparison,
+    /// Raw samples, written to samples.csv.
+    #[serde(skip)]
+    pub samples: Vec<SampleRow>,
+}
+
+/// An entry of `runs` for every method on every path, as the reports of `fly` have them.
+#[must_use]
+pub fn runs(comparison: &Comparison) -> Vec<serde_json::Value> {
+    comparison.paths.iter().flat_map(|p| p.methods.iter().map(move |row| row.run(&p.path))).collect()
+}
+
+/// One row of fronts.csv.
+#[derive(Serialize)]
+struct FrontRow<'a> {
+    path: &'a str,
+    method: &'a str,
+    detail_words: &'a str,
+    detail: String,
+    p99_px: Option<f64>,
+    median_ms: f64,
+    p99_ms: Option<f64>,
+    triangles: Option<f64>,
+    gpu_bytes: u64,
+    dominated: bool,
+    on_outer_front: bool,
+}
+
+fn front_rows(comparison: &Comparison) -> Vec<FrontRow<'_>> {
+    let mut rows = Vec::new();
+    for path in &comparison.paths {
+        for front in &path.fronts {
+            rows.extend(front.points.iter().map(|p| FrontRow {
+                path: &path.path,
+                method: front.method,
+                detail_words: &p.detail_words,
+                detail: p.detail.to_string(),
+                p99_px: p.p99_px,
+                median_ms: p.median_ms,
+                p99_ms: p.p99_ms,
+                triangles: p.triangles,
+                gpu_bytes: p.gpu_bytes,
+                dominated: p.dominated,
+                on_outer_front: p.on_outer_front,
+            }));
+        }
+    }
+    rows
+}
+
+/// Writes report.json, samples.csv, fronts.csv, uploads.csv and report.html into `dir`, which is made where
+/// it is missing.
+///
+/// # Errors
+/// When the directory or a file cannot be written.
+pub fn write_comparison(dir: &Path, report: &ComparisonReport) -> Result<(), ReportError> {
+    std::fs::create_dir_all(dir).map_err(|reason| ReportError::Write { path: dir.into(), reason })?;
+    let json = serde_json::to_vec_pretty(report)
+        .map_err(|e| ReportError::Make { file: "report.json", reason: e.to_string() })?;
+    write(dir, "report.json", &json)?;
+    write(dir, "samples.csv", &table("samples.csv", &report.samples)?)?;
+    write(dir, "fronts.csv", &table("fronts.csv", &front_rows(&report.comparison))?)?;
+    write(dir, "uploads.csv", &table("uploads.csv", &report.comparison.uploads)?)?;
+    write(dir, "report.html", rendered(report, true)?.as_bytes())
+}
+
+fn write(dir: &Path, file: &'static str, bytes: &[u8]) -> Result<(), ReportError> {
+    let path = dir.join(file);
+    std::fs::write(&path, bytes).map_err(|reason| ReportError::Write { path, reason })
+}
+
+/// Rows as CSV with a head; nothing where there are none.
+fn table<T: Serialize>(file: &'static str, rows: &[T]) -> Result<Vec<u8>, ReportError> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    let made = rows.iter().try_for_each(|row| csv.serialize(row));
+    made.map_err(|e| e.to_string())
+        .and_then(|()| csv.into_inner().map_err(|e| e.to_string()))
+        .map_err(|reason| ReportError::Make { file, reason })
+}
+
+/// Figures of one path's part of the page.
+#[derive(Serialize)]
+struct PathView {
+    figures: Vec<Figure>,
+    uploads: Vec<UploadPerFrame>,
+}
+
+/// The comparison as a part of a page: headings from h2 on, tables and plots; no network, no scripts.
+///
+/// # Errors
+/// When the template cannot be filled in.
+pub fn comparison_section(report: &ComparisonReport) -> Result<String, ReportError> {
+    rendered(report, false)
+}
+
+/// The section, with a page around it or alone.
+fn rendered(report: &ComparisonReport, page: bool) -> Result<String, ReportError> {
+    let comparison = &report.comparison;
+    let views: Vec<PathView> = comparison
+        .paths
+        .iter()
+        .map(|path| PathView {
+            figures: path_figures(path, &report.samples),
+            uploads: path.methods.iter().map(MethodRow::upload_per_frame).collect(),
+        })
+        .collect();
+    let upload_figure = upload_figure(&comparison.uploads);
+    let shares: Vec<[f64; 2]> =
+        comparison.uploads.iter().map(|row| [row.start_share(), row.frame_share()]).collect();
+    let values = context! {
+        page,
+        environment => Value::from(Serde(&report.environment)),
+        scene => Value::from(Serde(&report.scene)),
+        comparison => Value::from(Serde(comparison)),
+        views => Value::from(Serde(&views)),
+        upload_figure => Value::from(Serde(&upload_figure)),
+        view_shares => Value::from(Serde(&shares)),
+    };
+    let mut environment = minijinja::Environment::new();
+    environment.add_filter("fixed", |v: Value, places: usize| shown(&v, |v| format!("{v:.places$}")));
+    environment.add_filter("mib", |v: Value| shown(&v, |v| format!("{:.2}", v / MIB)));
+    environment.add_filter("percent", |v: Value| shown(&v, |v| format!("{:.2} %", 100.0 * v)));
+    environment.add_filter("percent4", |v: Value| shown(&v, |v| format!("{:.4} %", 100.0 * v)));
+    // The name ends in .html, so values are escaped.
+    environment
+        .render_named_str("comparison.html", include_str!("comparison.html"), values)
+        .map_err(|e| ReportError::Make { file: "report.html", reason: e.to_string() })
+}
+
+/// A number, or a dash where there is none.
+fn shown(v: &Value, format: impl Fn(f64) -> String) -> String {
+    match f64::try_from(v.clone()) {
+        Ok(v) if v.is_finite() => format(v),
+        _ => "-".to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::comparison_plots::made_up;
+    use super::*;
+
+    #[test]
+    fn the_section_says_everything_and_needs_no_network() {
+        let report = made_up::report();
+        let section = comparison_section(&report).unwrap();
+        for part in ["<h2>", "<svg", "fewer than", "brute-force", "reason &lt;given&gt;", "n 127", "0.63"] {
+            assert!(section.contains(part), "{part}");
+        }
+        let page = rendered(&report, true).unwrap();
+        assert!(page.starts_with("<!doctype html>") && page.trim_end().ends_with("</html>"));
+        for html in [&section, &page] {
+            assert!(!html.contains("http") && !html.contains("<script") && !html.contains("none<"));
+        }
+    }
+
+    #[test]
+    fn all_files_are_written_with_a_run_for_every_method_on_every_path() {
+        let dir = tempfile::tempdir().unwrap();
+        let report = made_up::report();
+        write_comparison(dir.path(), &report).unwrap();
+        let read = |file: &str| std::fs::read_to_string(dir.path().join(file)).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&read("report.json")).unwrap();
+        assert_eq!(json["runs"].as_array().unwrap().len(), report.comparison.paths[0].methods.len());
+        assert_eq!(json["runs"][0]["gpu_ms"], serde_json::Value::Null);
+        assert_eq!(json["runs"][0]["valid"], true);
+        assert_eq!(json["comparison"]["paths"][0]["methods"][1]["ratio"]["verdict"], "slower");
+        assert!(read("samples.csv").starts_with("path,method,setting,round,frame,frame_ms,cpu_ms,"));
+        assert_eq!(read("fronts.csv").lines().count(), 1 + 6);
+        assert_eq!(read("uploads.csv").lines().count(), 1 + report.comparison.uploads.len());
+    }
+
+    #[test]
+    fn fronts_are_marked_within_and_over_the_methods() {
+        let mut fronts = made_up::report().comparison.paths[0].fronts.clone();
+        let outer = mark_fronts(&mut fronts);
+        let marks = |front: &Front| -> Vec<(bool, bool)> {
+            front.points.iter().map(|p| (p.dominated, p.on_outer_front)).collect()
+        };
+        assert_eq!(marks(&fronts[0]), [(false, true), (false, true), (true, false)]);
+        // The last one has no error.
+        assert_eq!(marks(&fronts[1]), [(false, true), (false, false), (false, false)]);
+        let costs: Vec<f64> = outer.iter().map(|p| p.median_ms).collect();
+        assert_eq!(costs, [2.0, 3.0, 5.0]);
+    }
+}
