@@ -12,7 +12,8 @@
 //! reference  CPU twins of the compute shaders
 //! gpu        device, buffers, shaders, passes, read-back
 //! renderer   scene -> plan -> prepare -> record
-//! measure    upload ledger, frame statistics, watertightness
+//! rivals     the methods we compare against, behind one trait
+//! measure    upload ledger, frame statistics, watertightness, error of what was drawn
 //! ```
 //!
 //! Draw into your own device in four steps: open a terrain, make a [`Renderer`], `prepare` a camera,
