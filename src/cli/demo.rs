@@ -73,6 +73,9 @@ pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
     }
     say("methods compared, quickly")?;
     let compared = compare(&gpu, args, quiet)?;
+    for words in &compared.comparison.words {
+        say(&format!("  {words}"))?;
+    }
     report.comparison_section = Some(comparison_section(&compared)?);
     report.comparison = Some(compared.comparison);
     say("check, in brief")?;

@@ -101,6 +101,9 @@ pub struct UploadPerFrame {
     pub mesh_bytes: f64,
 }
 
+/// Of so many pixels at most one may show what is not in the mesh read back; more, and that is another mesh.
+const MOST_MISMATCHES_IN: u64 = 1_000;
+
 impl MethodRow {
     /// Means over the frames of one flight.
     #[must_use]
@@ -116,8 +119,19 @@ impl MethodRow {
         }
     }
 
-    fn invalid_because(&self) -> Vec<String> {
-        if self.frame_ms.p50.is_some() { Vec::new() } else { vec!["no frame was measured".into()] }
+    /// Why its figures must not be used; nothing where they may.
+    #[must_use]
+    pub fn invalid_because(&self) -> Vec<&'static str> {
+        let error = self.error.as_ref();
+        let reasons = [
+            (self.frame_ms.p50.is_none(), "no frame was measured"),
+            (error.is_some_and(|e| e.pixels == 0), "no terrain was in any view whose error was measured"),
+            (
+                error.is_some_and(|e| e.read_back_mismatch_pixels * MOST_MISMATCHES_IN > e.pixels),
+                "the mesh read back is not what was drawn",
+            ),
+        ];
+        reasons.into_iter().filter(|(holds, _)| *holds).map(|(_, why)| why).collect()
     }
 
     /// The row as an entry of `runs` in report.json.
@@ -443,6 +457,19 @@ mod tests {
         for html in [&section, &page] {
             assert!(!html.contains("http") && !html.contains("<script") && !html.contains("none<"));
         }
+    }
+
+    #[test]
+    fn figures_of_another_mesh_or_of_no_terrain_are_not_valid() {
+        let mut row = made_up::row("roam", 5.0, Some(0.5), None);
+        assert!(row.invalid_because().is_empty());
+        let error = row.error.as_mut().unwrap();
+        error.read_back_mismatch_pixels = 1;
+        assert!(row.invalid_because().is_empty());
+        row.error.as_mut().unwrap().read_back_mismatch_pixels = 2;
+        assert_eq!(row.invalid_because(), ["the mesh read back is not what was drawn"]);
+        row.error = Some(Default::default());
+        assert_eq!(row.run("straight")["valid"], false);
     }
 
     #[test]

@@ -206,6 +206,7 @@ pub(super) mod made_up {
         let error = p99_px.map(|px| {
             let mut error = ErrorReport::default();
             error.px.p99 = Some(px);
+            error.pixels = 1_000;
             error
         });
         let mut upload = UploadLedger::default();

@@ -2,7 +2,7 @@
 //! same camera into the same target with the same colours, and say what they send and hold.
 //!
 //! They know planes without voids, with all samples in memory where the method needs them there;
-//! [`Method::make`] says in one line what one cannot do. [`footprints`] counts what reaches the GPU without
+//! [`Lab::make`] says in one line what one cannot do. [`footprints`] counts what reaches the GPU without
 //! drawing anything.
 
 mod brute_force;

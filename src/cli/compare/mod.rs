@@ -11,6 +11,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use tessclip::gpu::Gpu;
+use tessclip::report::MethodRow;
 use tessclip::rivals::Method;
 
 use super::Outcome;
@@ -111,7 +112,12 @@ pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
             args.report.display()
         ))?;
     }
-    Ok(Outcome::Done)
+    // A method whose figures may not be used, or that shows cracks.
+    let mut rows = report.comparison.paths.iter().flat_map(|p| &p.methods);
+    let whole = |row: &MethodRow| {
+        row.invalid_because().is_empty() && row.error.as_ref().is_none_or(|e| e.crack_pixels == 0)
+    };
+    Ok(if rows.all(whole) { Outcome::Done } else { Outcome::FellShort })
 }
 
 /// The methods asked for, ours among them, in the order of reports.
