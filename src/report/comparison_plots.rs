@@ -335,7 +335,7 @@ pub(super) mod made_up {
 
 #[cfg(test)]
 mod tests {
-    use super::super::comparison::comparison_section;
+    use super::super::comparison_files::comparison_section;
     use super::*;
 
     #[test]

@@ -26,10 +26,13 @@ pub fn write_html(path: &Path, report: &Report) -> Result<(), ReportError> {
     let plots = plots(report);
     let section = &report.comparison_section;
     let page = template
-        .render(context! { plots, section, ..Value::from(minijinja::value::Serde(report)) })
+        .render(context! { plots, section, style => STYLE, ..Value::from(minijinja::value::Serde(report)) })
         .map_err(made)?;
     std::fs::write(path, page).map_err(|reason| ReportError::Write { path: path.into(), reason })
 }
+
+/// Looks of every page.
+pub(super) const STYLE: &str = include_str!("page.css");
 
 /// Bytes of a mebibyte.
 pub(super) const MIB: f64 = 1_048_576.0;

@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::files::{table, write};
 use super::{Comparison, FrameRow, Run};
 use crate::measure::{Environment, invariants::CheckRow};
 use crate::plan::Plan;
+use crate::scene::Terrain;
 
 /// Why a report cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +48,22 @@ pub struct SceneFacts {
     pub samples: [u64; 2],
 }
 
+impl SceneFacts {
+    /// Of a terrain that is drawn `size_px` large.
+    #[must_use]
+    pub fn of(name: &str, terrain: &Terrain, size_px: [u32; 2]) -> Self {
+        let last = terrain.source.lattice().last;
+        Self {
+            terrain: name.into(),
+            base: terrain.base().to_string(),
+            width_px: size_px[0],
+            height_px: size_px[1],
+            spacing_m: terrain.spacing_m,
+            samples: last.map(|v| u64::from(v.unsigned_abs()) + 1),
+        }
+    }
+}
+
 /// A whole report.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
@@ -78,19 +96,10 @@ pub struct Report {
 /// # Errors
 /// When the directory or a file cannot be written.
 pub fn write_report(dir: &Path, report: &Report) -> Result<(), ReportError> {
-    let fail = |path: &Path, reason| ReportError::Write { path: path.into(), reason };
-    std::fs::create_dir_all(dir).map_err(|e| fail(dir, e))?;
-    let json = serde_json::to_string_pretty(report)
+    std::fs::create_dir_all(dir).map_err(|reason| ReportError::Write { path: dir.into(), reason })?;
+    let json = serde_json::to_vec_pretty(report)
         .map_err(|e| ReportError::Make { file: "report.json", reason: e.to_string() })?;
-    let path = dir.join("report.json");
-    std::fs::write(&path, json).map_err(|e| fail(&path, e))?;
-    let mut csv = csv::Writer::from_writer(Vec::new());
-    let made = report.rows.iter().try_for_each(|row| csv.serialize(row));
-    let bytes = made
-        .map_err(|e| e.to_string())
-        .and_then(|()| csv.into_inner().map_err(|e| e.to_string()))
-        .map_err(|reason| ReportError::Make { file: "frames.csv", reason })?;
-    let path = dir.join("frames.csv");
-    std::fs::write(&path, bytes).map_err(|e| fail(&path, e))?;
+    write(dir, "report.json", &json)?;
+    write(dir, "frames.csv", &table("frames.csv", &report.rows)?)?;
     super::write_html(&dir.join("report.html"), report)
 }

@@ -295,18 +295,10 @@ impl Study<'_> {
     }
 
     fn empty_report(&self, gpu: &Gpu) -> ComparisonReport {
-        let last = self.terrain.source.lattice().last;
         ComparisonReport {
             schema: "tessclip-report/1",
             environment: Environment::gather(&gpu.info),
-            scene: SceneFacts {
-                terrain: self.name.into(),
-                base: self.terrain.base().to_string(),
-                width_px: self.size[0],
-                height_px: self.size[1],
-                spacing_m: self.terrain.spacing_m,
-                samples: last.map(|v| u64::from(v.unsigned_abs()) + 1),
-            },
+            scene: SceneFacts::of(self.name, self.terrain, self.size),
             runs: Vec::new(),
             comparison: Comparison {
                 quick: self.extent.quick,
