@@ -13,25 +13,20 @@ pub(crate) use self::tables::Tables;
 
 use self::refine::Refinement;
 use super::slots::{IndexSets, VertexSlots};
-use super::stage::{GridDraw, GridDraws, GridInstance, GridVertex, MeshPipeline, Stage};
+use super::slotted::Slotted;
+use super::stage::{GridDraw, GridInstance, GridVertex, Stage};
 use super::{DrawCount, DrawnMesh, Rival};
 use crate::camera::Camera;
 use crate::gpu::GpuError;
 use crate::measure::FrameUpload;
 use crate::renderer::{RenderError, Target};
 
-const FORMAT: wgpu::IndexFormat = wgpu::IndexFormat::Uint16;
-
 /// The method at work.
 pub(crate) struct Chunked {
-    stage: Stage,
+    grids: Slotted,
     tables: Arc<Tables>,
     pixel_error: f64,
-    pipeline: MeshPipeline,
     refinement: Refinement,
-    vertices: VertexSlots,
-    indices: IndexSets,
-    draws: GridDraws,
 }
 
 impl Chunked {
@@ -39,13 +34,11 @@ impl Chunked {
     /// None yet: buffers are made when they are needed.
     pub fn new(stage: Stage, tables: Arc<Tables>, pixel_error: f64) -> Result<Self, GpuError> {
         let cells = tables.cells;
+        let vertices = VertexSlots::new(tables.nodes(), (cells + 1) * (cells + 1));
+        let indices = IndexSets::new(patterns::set_count(cells));
         Ok(Self {
-            pipeline: stage.grid_pipeline(),
             refinement: Refinement::new(&tables),
-            vertices: VertexSlots::new(tables.nodes(), (cells + 1) * (cells + 1)),
-            indices: IndexSets::new(patterns::set_count(cells)),
-            draws: GridDraws::default(),
-            stage,
+            grids: Slotted::new(stage, vertices, indices),
             tables,
             pixel_error,
         })
@@ -55,27 +48,27 @@ impl Chunked {
 impl Rival for Chunked {
     fn prepare(&mut self, camera: &Camera, size_px: [u32; 2]) -> Result<FrameUpload, RenderError> {
         camera.validate()?;
-        let (stand, uniform_bytes) = self.stage.look(camera, size_px);
+        let (stand, uniform_bytes) = self.grids.stage.look(camera, size_px);
         let tables = &*self.tables;
         let cells = tables.cells;
-        self.refinement.refine(tables, &stand, self.pixel_error, self.stage.scene.cull);
-        self.vertices.begin_frame();
-        self.draws.draws.clear();
+        self.refinement.refine(tables, &stand, self.pixel_error, self.grids.stage.scene.cull);
+        self.grids.vertices.begin_frame();
+        self.grids.draws.draws.clear();
         for chunk in &self.refinement.chunks {
             let (node, coarser) = (chunk.node, chunk.coarser);
             let set = patterns::set_number(cells, coarser);
-            let indices = self.indices.range(set, || patterns::pattern(cells, coarser));
-            let (pool, first) = self.vertices.take(tables.number(node));
+            let indices = self.grids.indices.range(set, || patterns::pattern(cells, coarser));
+            let (pool, first) = self.grids.vertices.take(tables.number(node));
             let (lo, tag) = (tables.low(node), node.level << 24);
             let instance = GridInstance { lo, step: 1 << node.level, side: cells + 1, first, tag };
-            self.draws.draws.push(GridDraw { pool, indices, instance });
+            self.grids.draws.draws.push(GridDraw { pool, indices, instance });
         }
-        self.draws.draws.sort_by_key(|draw| draw.pool);
+        self.grids.draws.draws.sort_by_key(|draw| draw.pool);
         let mut ledger = FrameUpload { uniform_bytes, ..FrameUpload::default() };
-        ledger.index_bytes = self.indices.upload(&self.stage)?;
-        let ground = &*self.stage.ground;
+        ledger.index_bytes = self.grids.indices.upload(&self.grids.stage)?;
+        let ground = &*self.grids.stage.ground;
         let last = ground.last();
-        self.vertices.upload(&self.stage, &mut ledger, |number, to: &mut [GridVertex]| {
+        self.grids.vertices.upload(&self.grids.stage, &mut ledger, |number, to: &mut [GridVertex]| {
             let node = tables.node(number);
             let lo = tables.low(node);
             let step = 1_i32 << node.level;
@@ -86,33 +79,27 @@ impl Rival for Chunked {
                 }
             }
         })?;
-        ledger.control_bytes = self.draws.upload(&self.stage)?;
+        ledger.control_bytes = self.grids.draws.upload(&self.grids.stage)?;
         Ok(ledger)
     }
 
     fn record(&mut self, encoder: &mut wgpu::CommandEncoder, target: Target<'_>) {
-        let mut pass = self.stage.begin(encoder, target);
-        if let Some(indices) = self.indices.buffer() {
-            self.draws.record(&mut pass, &self.pipeline, &self.vertices.pools, indices, FORMAT);
-        }
+        self.grids.record(encoder, target);
     }
 
     fn count(&self) -> Result<DrawCount, GpuError> {
-        Ok(self.draws.count())
+        Ok(self.grids.count())
     }
 
     fn read_mesh(&self) -> Result<DrawnMesh, GpuError> {
-        let nothing = || GpuError::Readback { reason: "no frame was drawn".into() };
-        let indices = self.indices.buffer().ok_or_else(nothing)?;
-        self.draws.read_mesh(&self.stage, &self.vertices.pools, indices, FORMAT)
+        self.grids.read_mesh()
     }
 
     fn gpu_bytes(&self) -> u64 {
-        self.vertices.gpu_bytes() + self.indices.gpu_bytes() + self.draws.gpu_bytes()
+        self.grids.gpu_bytes()
     }
 
     fn cpu_bytes(&self) -> u64 {
-        let books = self.vertices.cpu_bytes() + self.indices.cpu_bytes() + self.refinement.bytes();
-        self.tables.bytes() + books
+        self.tables.bytes() + self.grids.cpu_bytes() + self.refinement.bytes()
     }
 }

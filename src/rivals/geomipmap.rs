@@ -16,7 +16,8 @@ pub(crate) use self::tables::Tables;
 
 use self::select::Selection;
 use super::slots::{IndexSets, VertexSlots};
-use super::stage::{GridDraw, GridDraws, GridInstance, GridVertex, MeshPipeline, Stage};
+use super::slotted::Slotted;
+use super::stage::{GridDraw, GridInstance, GridVertex, Stage};
 use super::{DrawCount, DrawnMesh, Rival};
 use crate::camera::Camera;
 use crate::gpu::GpuError;
@@ -26,18 +27,12 @@ use crate::renderer::{RenderError, Target};
 /// Largest patch whose index sets are all made at the start; those of larger ones are many and mostly unused.
 const ALL_SETS_CELLS: u32 = 32;
 
-const FORMAT: wgpu::IndexFormat = wgpu::IndexFormat::Uint16;
-
 /// The method at work.
 pub(crate) struct Geomipmap {
-    stage: Stage,
+    grids: Slotted,
     tables: Arc<Tables>,
     pixel_error: f64,
-    pipeline: MeshPipeline,
     selection: Selection,
-    vertices: VertexSlots,
-    indices: IndexSets,
-    draws: GridDraws,
     /// Index bytes sent when it was made; told with the first frame.
     start_bytes: u64,
 }
@@ -57,14 +52,11 @@ impl Geomipmap {
         // Made at the first call: not in the first frame.
         let _ = stage.ground.normals();
         let patches = tables.patches[0] as usize * tables.patches[1] as usize;
+        let vertices = VertexSlots::new(patches, (cells + 1) * (cells + 1));
         Ok(Self {
-            pipeline: stage.grid_pipeline(),
             selection: Selection::new(&tables),
-            vertices: VertexSlots::new(patches, (cells + 1) * (cells + 1)),
-            indices,
-            draws: GridDraws::default(),
             start_bytes,
-            stage,
+            grids: Slotted::new(stage, vertices, indices),
             tables,
             pixel_error,
         })
@@ -74,28 +66,29 @@ impl Geomipmap {
 impl Rival for Geomipmap {
     fn prepare(&mut self, camera: &Camera, size_px: [u32; 2]) -> Result<FrameUpload, RenderError> {
         camera.validate()?;
-        let (stand, uniform_bytes) = self.stage.look(camera, size_px);
+        let (stand, uniform_bytes) = self.grids.stage.look(camera, size_px);
         let tables = &*self.tables;
         let cells = tables.cells;
-        self.selection.choose(tables, &stand, self.pixel_error, self.stage.scene.cull);
-        self.vertices.begin_frame();
-        self.draws.draws.clear();
+        self.selection.choose(tables, &stand, self.pixel_error, self.grids.stage.scene.cull);
+        self.grids.vertices.begin_frame();
+        self.grids.draws.draws.clear();
         for patch in &self.selection.chosen {
             let (level, extra) = (patch.level, patch.extra);
             let set = patterns::set_number(level, extra);
-            let indices = self.indices.range(set, || patterns::pattern(cells, level, extra));
-            let (pool, first) = self.vertices.take(tables.number(patch.at) as u32);
+            let indices = self.grids.indices.range(set, || patterns::pattern(cells, level, extra));
+            let (pool, first) = self.grids.vertices.take(tables.number(patch.at) as u32);
             // Numbers count at full resolution: coarse levels leave vertices out.
             let lo = tables.low(patch.at);
             let instance = GridInstance { lo, step: 1, side: cells + 1, first, tag: level << 24 };
-            self.draws.draws.push(GridDraw { pool, indices, instance });
+            self.grids.draws.draws.push(GridDraw { pool, indices, instance });
         }
-        self.draws.draws.sort_by_key(|draw| draw.pool);
+        self.grids.draws.draws.sort_by_key(|draw| draw.pool);
         let mut ledger = FrameUpload { uniform_bytes, ..FrameUpload::default() };
-        ledger.index_bytes = self.indices.upload(&self.stage)? + std::mem::take(&mut self.start_bytes);
-        let ground = &*self.stage.ground;
+        ledger.index_bytes =
+            self.grids.indices.upload(&self.grids.stage)? + std::mem::take(&mut self.start_bytes);
+        let ground = &*self.grids.stage.ground;
         let normals = ground.normals();
-        self.vertices.upload(&self.stage, &mut ledger, |patch, to: &mut [GridVertex]| {
+        self.grids.vertices.upload(&self.grids.stage, &mut ledger, |patch, to: &mut [GridVertex]| {
             let lo = tables.low(tables.place(patch));
             let rows = to.chunks_mut(cells as usize + 1);
             for (y, row) in (lo[1]..).zip(rows) {
@@ -105,33 +98,27 @@ impl Rival for Geomipmap {
                 }
             }
         })?;
-        ledger.control_bytes = self.draws.upload(&self.stage)?;
+        ledger.control_bytes = self.grids.draws.upload(&self.grids.stage)?;
         Ok(ledger)
     }
 
     fn record(&mut self, encoder: &mut wgpu::CommandEncoder, target: Target<'_>) {
-        let mut pass = self.stage.begin(encoder, target);
-        if let Some(indices) = self.indices.buffer() {
-            self.draws.record(&mut pass, &self.pipeline, &self.vertices.pools, indices, FORMAT);
-        }
+        self.grids.record(encoder, target);
     }
 
     fn count(&self) -> Result<DrawCount, GpuError> {
-        Ok(self.draws.count())
+        Ok(self.grids.count())
     }
 
     fn read_mesh(&self) -> Result<DrawnMesh, GpuError> {
-        let nothing = || GpuError::Readback { reason: "no frame was drawn".into() };
-        let indices = self.indices.buffer().ok_or_else(nothing)?;
-        self.draws.read_mesh(&self.stage, &self.vertices.pools, indices, FORMAT)
+        self.grids.read_mesh()
     }
 
     fn gpu_bytes(&self) -> u64 {
-        self.vertices.gpu_bytes() + self.indices.gpu_bytes() + self.draws.gpu_bytes()
+        self.grids.gpu_bytes()
     }
 
     fn cpu_bytes(&self) -> u64 {
-        let books = self.vertices.cpu_bytes() + self.indices.cpu_bytes() + self.selection.bytes();
-        self.tables.bytes() + books
+        self.tables.bytes() + self.grids.cpu_bytes() + self.selection.bytes()
     }
 }

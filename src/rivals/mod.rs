@@ -15,6 +15,7 @@ mod ground;
 mod method;
 mod roam;
 mod slots;
+mod slotted;
 mod stage;
 mod tessellated;
 
