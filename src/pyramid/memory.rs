@@ -1,7 +1,7 @@
 //! The whole pyramid in memory.
 
 use super::prefilter::halve;
-use super::{Prefilter, SampleSource, VOID};
+use super::{BlockDeviation, Deviations, Prefilter, SampleSource, VOID};
 use crate::clipmap::{Lattice, Rect};
 use crate::heights::HeightGrid;
 
@@ -12,6 +12,8 @@ pub struct MemoryPyramid {
     range: Option<[f32; 2]>,
     has_voids: bool,
     step_m: Option<f32>,
+    /// Measured when first asked for: uniform factors need none.
+    deviations: std::sync::OnceLock<Deviations>,
 }
 
 #[derive(Debug)]
@@ -52,7 +54,7 @@ impl MemoryPyramid {
             let (samples, size) = halve(&levels[l].samples, levels[l].size, prefilter);
             levels.push(Level { size, samples });
         }
-        Self { levels, range, has_voids, step_m }
+        Self { levels, range, has_voids, step_m, deviations: std::sync::OnceLock::new() }
     }
 }
 
@@ -84,6 +86,15 @@ impl SampleSource for MemoryPyramid {
 
     fn height_range(&self) -> Option<[f32; 2]> {
         self.range
+    }
+
+    fn has_deviations(&self) -> bool {
+        true
+    }
+
+    fn read_deviations(&self, level: u32, blocks: Rect, out: &mut Vec<BlockDeviation>) -> bool {
+        self.deviations.get_or_init(|| Deviations::of(self)).read(level, blocks, out);
+        true
     }
 
     fn step_m(&self) -> Option<f32> {

@@ -4,7 +4,9 @@
 //! disk takes the place of the pyramid in memory. Nothing above knows which it is. A whole planet comes
 //! through it as well, one [`GlobeFace`] for each chart, with samples made when they are asked for.
 
+mod deviations;
 mod globe;
+mod measured;
 mod memory;
 mod points;
 mod prefilter;
@@ -14,7 +16,9 @@ mod scaled;
 pub mod store;
 mod streaming;
 
+pub use deviations::{BLOCK_CELLS, BlockDeviation, Deviations, STEPS, blocks_at};
 pub use globe::{Globe, GlobeError, GlobeFace};
+pub use measured::Measured;
 pub use memory::MemoryPyramid;
 pub use points::PointHeights;
 pub use prefilter::Prefilter;
@@ -64,6 +68,17 @@ pub trait SampleSource: Send + Sync {
     /// a function of the place alone, whatever has arrived.
     fn relief_near(&self, _base: [i32; 2]) -> Option<[f32; 2]> {
         None
+    }
+
+    /// True when [`SampleSource::read_deviations`] knows them, or can measure them when it is first asked.
+    fn has_deviations(&self) -> bool {
+        false
+    }
+
+    /// Appends the deviations of `blocks` of a level (16 x 16 cells each), row by row from the south-west, and
+    /// tells whether they are known; where they are not, nothing is appended.
+    fn read_deviations(&self, _level: u32, _blocks: Rect, _out: &mut Vec<BlockDeviation>) -> bool {
+        false
     }
 
     /// One sample, as [`SampleSource::read`] gives it.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{SampleSource, Streaming, VOID};
+use super::{BlockDeviation, SampleSource, Streaming, VOID};
 use crate::clipmap::{Lattice, Rect};
 
 /// Another source's heights times a factor: vertical exaggeration. 0 flattens, below 0 turns mountains
@@ -51,6 +51,19 @@ impl SampleSource for Scaled {
     fn relief_near(&self, base: [i32; 2]) -> Option<[f32; 2]> {
         let [low, high] = self.source.relief_near(base)?.map(|h| h * self.factor + 0.0);
         Some([low.min(high), low.max(high)])
+    }
+
+    fn has_deviations(&self) -> bool {
+        self.source.has_deviations()
+    }
+
+    fn read_deviations(&self, level: u32, blocks: Rect, out: &mut Vec<BlockDeviation>) -> bool {
+        let from = out.len();
+        let known = self.source.read_deviations(level, blocks, out);
+        for block in &mut out[from..] {
+            *block = block.scaled(self.factor);
+        }
+        known
     }
 
     fn height_range(&self) -> Option<[f32; 2]> {

@@ -9,7 +9,8 @@ use crate::camera::Camera;
 use crate::clipmap::{ChartGraph, Lattice, thirds};
 use crate::heights::{HeightGrid, PositionGrid};
 use crate::pyramid::{
-    Globe, GlobeError, GlobeFace, MemoryPyramid, PointHeights, Prefilter, Ring, RingChart, SampleSource, VOID,
+    Globe, GlobeError, GlobeFace, Measured, MemoryPyramid, PointHeights, Prefilter, Ring, RingChart,
+    SampleSource, VOID,
 };
 use crate::surface::{
     Base, Charted, CubeSphere, Ellipsoid, Face, Foot, GridCharts, Plane, PointChart, SampledSurface, Surface,
@@ -124,8 +125,10 @@ impl Curved {
             return Err(BaseFitError::TooFine { step_deg: finest });
         }
         let cells = i32::try_from(size).unwrap_or(i32::MAX);
-        let face =
-            |face| -> Arc<dyn SampleSource> { Arc::new(GlobeFace { globe: globe.clone(), face, size }) };
+        let face = |face| -> Arc<dyn SampleSource> {
+            let face = GlobeFace { globe: globe.clone(), face, size };
+            Arc::new(Measured::new(Arc::new(face)))
+        };
         Ok(Self {
             base: Base::Ellipsoid { a_m: ellipsoid.a, b_m: ellipsoid.b },
             graph: ChartGraph::cube(cells),
@@ -212,7 +215,8 @@ impl Curved {
         let sources: Vec<Arc<dyn SampleSource>> = if rings[0] {
             let ring = Arc::new(Ring::new(grid));
             let chart = |(k, c): (usize, &crate::clipmap::Chart)| -> Arc<dyn SampleSource> {
-                Arc::new(RingChart { ring: ring.clone(), offset: charted.offset(k), lattice: c.lattice })
+                let chart = RingChart { ring: ring.clone(), offset: charted.offset(k), lattice: c.lattice };
+                Arc::new(Measured::new(Arc::new(chart)))
             };
             graph.charts.iter().enumerate().map(chart).collect()
         } else {

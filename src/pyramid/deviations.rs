@@ -1,0 +1,134 @@
+//! How far coarser triangles lie from the full-resolution surface, block by block: what factors by error go by.
+//!
+//! A block is one place of a patch: 16 x 16 cells of a level, aligned to multiples of 16 in its lattice. Drawn
+//! with a step of `2^k` cells it has exactly the cells of level `l + k`, on level `l`'s samples.
+
+mod measure;
+
+#[cfg(feature = "store")]
+pub(crate) use measure::{Below, Samples, Surfaces};
+
+use bytemuck::{Pod, Zeroable};
+
+use super::SampleSource;
+use crate::clipmap::{Lattice, Rect};
+
+/// Cells a side of a block, the same as of a patch.
+pub const BLOCK_CELLS: u32 = 16;
+
+/// Steps a block has figures for: 1, 2, 4, 8, 16 cells (inner factors 16, 8, 4, 2, 1).
+pub const STEPS: usize = 5;
+
+/// Worst vertical deviation of one block at each step, metres, each rounded up to the high half of an f32
+/// (7 bits after the leading one: at most 0.8 % too much).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct BlockDeviation([u16; STEPS]);
+
+impl BlockDeviation {
+    /// Nothing is known, or coarser steps must not be drawn: only the finest step is ever taken.
+    pub const UNKNOWN: Self = Self([0x7f7f; STEPS]);
+
+    /// Rounded up; what is no finite number counts as unknown.
+    #[must_use]
+    pub fn of(metres: [f32; STEPS]) -> Self {
+        Self(metres.map(|m| {
+            let bits = m.max(0.0).to_bits();
+            if !m.is_finite() || bits > 0x7f7f_0000 {
+                return 0x7f7f;
+            }
+            u16::try_from(bits.div_ceil(1 << 16)).unwrap_or(0x7f7f)
+        }))
+    }
+
+    /// Deviation at a step of `2^k` cells, metres.
+    #[must_use]
+    pub fn metres(self, k: usize) -> f32 {
+        f32::from_bits(u32::from(self.0[k]) << 16)
+    }
+
+    /// From the bits as they are stored; `None` where one is no distance.
+    #[cfg(feature = "store")]
+    pub(crate) fn from_bits(bits: [u16; STEPS]) -> Option<Self> {
+        bits.iter().all(|b| *b <= 0x7f7f).then_some(Self(bits))
+    }
+
+    /// The bits to be stored.
+    #[cfg(feature = "store")]
+    pub(crate) fn bits(self) -> [u16; STEPS] {
+        self.0
+    }
+
+    /// The same heights times a factor.
+    #[must_use]
+    pub fn scaled(self, factor: f32) -> Self {
+        let mut metres = [0.0; STEPS];
+        for (k, m) in metres.iter_mut().enumerate() {
+            *m = if self.0[k] == 0x7f7f { f32::INFINITY } else { self.metres(k) * factor.abs() };
+        }
+        Self::of(metres)
+    }
+
+    /// As the GPU reads it: two steps a word, the finer one in the low half.
+    #[must_use]
+    pub(crate) fn words(self) -> [u32; 3] {
+        let half = |k: usize| u32::from(self.0.get(k).copied().unwrap_or(0));
+        [half(0) | half(1) << 16, half(2) | half(3) << 16, half(4)]
+    }
+}
+
+/// Blocks east and north that a level has.
+#[must_use]
+pub fn blocks_at(lattice: Lattice, level: u32) -> [i32; 2] {
+    lattice.last_at(level).map(|last| last.div_euclid(16) + i32::from(last % 16 != 0)).map(|n| n.max(1))
+}
+
+/// Deviations of all blocks of all levels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Deviations {
+    levels: Vec<Level>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Level {
+    size: [i32; 2],
+    blocks: Vec<BlockDeviation>,
+}
+
+impl Deviations {
+    /// Measures every block of a source against all its full-resolution samples. Reads every level whole.
+    #[must_use]
+    pub fn of(source: &dyn SampleSource) -> Self {
+        measure::measure(source)
+    }
+
+    /// From all blocks of each level, row by row from the south-west; a level without any is unknown.
+    #[cfg(feature = "store")]
+    pub(crate) fn from_levels(lattice: Lattice, levels: Vec<Vec<BlockDeviation>>) -> Self {
+        let levels = levels.into_iter().zip(0..);
+        Self { levels: levels.map(|(blocks, l)| Level { size: blocks_at(lattice, l), blocks }).collect() }
+    }
+
+    /// Appends those of `blocks` of a level, row by row from the south-west; unknown beyond the data.
+    pub fn read(&self, level: u32, blocks: Rect, out: &mut Vec<BlockDeviation>) {
+        for y in blocks.lo[1]..=blocks.hi[1] {
+            for x in blocks.lo[0]..=blocks.hi[0] {
+                out.push(self.at(level, [x, y]).unwrap_or(BlockDeviation::UNKNOWN));
+            }
+        }
+    }
+
+    fn at(&self, level: u32, [x, y]: [i32; 2]) -> Option<BlockDeviation> {
+        let level = self.levels.get(level as usize)?;
+        if !(0..level.size[0]).contains(&x) || !(0..level.size[1]).contains(&y) {
+            return None;
+        }
+        level.blocks.get((y * level.size[0] + x).unsigned_abs() as usize).copied()
+    }
+
+    /// Bytes of all figures.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.levels.iter().map(|l| size_of_val(&l.blocks[..]) as u64).sum()
+    }
+}
