@@ -167,7 +167,8 @@ fn watched<T: Send>(progress: &Progress, quiet: bool, work: impl FnOnce() -> T +
     let bar = if quiet || !terminal { ProgressBar::hidden() } else { ProgressBar::new(1) };
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {rate}, {eta} left") {
         let rate = |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
-            let _ = write!(out, "{:.1} million samples/s", state.per_sec() / 1e6);
+            // Each sample counts when it is written and when it is measured.
+            let _ = write!(out, "{:.1} million samples/s", state.per_sec() / 2e6);
         };
         bar.set_style(style.with_key("rate", rate));
     }

@@ -129,6 +129,9 @@ fn of_store(store: &Store, json: bool) -> anyhow::Result<Outcome> {
         bytes as f64 / 1e6,
         manifest.files.len()
     )];
+    if !store.has_deviations() {
+        notes.push("made before deviations were stored: build it again for factors by error".into());
+    }
     if !manifest.sources.is_empty() {
         notes.push(format!("made from {} by {}", manifest.sources.join(", "), manifest.made_by));
     }

@@ -9,7 +9,9 @@ use super::loader::{self, StreamOptions};
 use super::wishes::ordered;
 use crate::clipmap::{Lattice, Rect};
 use crate::pyramid::store::{Dtype, Store, StoreError, TileKey, copy_tile};
-use crate::pyramid::{LevelWish, MemoryPyramid, SampleSource, StreamCounters, Streaming, VOID};
+use crate::pyramid::{
+    BlockDeviation, Deviations, LevelWish, MemoryPyramid, SampleSource, StreamCounters, Streaming, VOID,
+};
 
 /// Heights of a store, tile by tile as they arrive. One renderer follows it at a time: what one asks for cancels
 /// what another did, so open the store once for each view.
@@ -18,6 +20,8 @@ pub struct TileSource {
     cache: Arc<TileCache>,
     /// The stored top level and all coarser ones.
     top: Arc<MemoryPyramid>,
+    /// All in memory from the start: which steps are drawn must not depend on what has arrived.
+    deviations: Option<Deviations>,
     options: StreamOptions,
 }
 
@@ -33,7 +37,8 @@ impl TileSource {
     /// Streams an open store.
     ///
     /// # Errors
-    /// When the one tile of its coarsest level cannot be read, or no thread can be started.
+    /// When the one tile of its coarsest level or the deviations of its blocks cannot be read, or no thread can be
+    /// started.
     pub fn new(store: Arc<Store>, options: StreamOptions) -> Result<Self, StoreError> {
         let top = store.top();
         let whole = Rect { lo: [0, 0], hi: store.lattice().last_at(top) };
@@ -44,6 +49,7 @@ impl TileSource {
         let size = whole.hi.map(|v| v.unsigned_abs() as usize + 1);
         // A stored low-pass goes on as one.
         let top = Arc::new(MemoryPyramid::from_samples(samples, size, store.manifest().prefilter()));
+        let deviations = store.deviations(&top)?;
         let tile_bytes = store.manifest().dtype.tile_bytes();
         let cache = Arc::new(TileCache::new(options.cache_bytes, tile_bytes));
         let work = loader::Loading { store: store.clone(), cache: cache.clone(), top: top.clone() };
@@ -51,7 +57,7 @@ impl TileSource {
             cache.close();
             StoreError::io(store.at(), "starting loader threads", e)
         })?;
-        Ok(Self { store, cache, top, options })
+        Ok(Self { store, cache, top, deviations, options })
     }
 
     /// The store underneath.
@@ -144,6 +150,18 @@ impl SampleSource for TileSource {
         let key = self.keys(0, Rect { lo: base, hi: base }).next()?;
         let stats = self.store.stats(key);
         (!stats.min_m.is_nan()).then_some([stats.min_m, stats.max_m])
+    }
+
+    fn has_deviations(&self) -> bool {
+        self.deviations.is_some()
+    }
+
+    fn read_deviations(&self, level: u32, blocks: Rect, out: &mut Vec<BlockDeviation>) -> bool {
+        let Some(deviations) = &self.deviations else {
+            return false;
+        };
+        deviations.read(level, blocks, out);
+        true
     }
 
     fn streaming(&self) -> Option<&dyn Streaming> {

@@ -1,15 +1,18 @@
 //! Building a store: level 0 from a source, each coarser level from the one before, shard by shard.
 //!
 //! Memory does not depend on the input: every worker holds one shard, and sources are read by rectangles in
-//! the order of the file. Coarser levels are made from what was already written, decoded once more.
+//! the order of the file. Coarser levels are made from what was already written, decoded once more; and so are
+//! the deviations of blocks, at the end.
 
 mod coarser;
+mod deviations;
 mod headers;
+mod readback;
 
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::PoisonError;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use zarrs::array::Array;
 
@@ -61,9 +64,9 @@ impl Default for BuildOptions {
 /// How far a build is; read it from another thread.
 #[derive(Debug, Default)]
 pub struct Progress {
-    /// Samples written, of all levels.
+    /// Samples written plus samples whose deviations are measured, of all levels.
     pub samples: AtomicU64,
-    /// Samples there will be.
+    /// What that will be in the end: each sample counts twice.
     pub total: AtomicU64,
     /// Set it to end the build with [`StoreError::Stopped`].
     pub stop: AtomicBool,
@@ -170,7 +173,7 @@ impl<'a> Build<'a> {
     ) -> Result<Self, StoreError> {
         let header = source.header();
         let levels = levels_of([header.width, header.height]);
-        let total = levels.iter().map(|l| l.size[0] * l.size[1]).sum();
+        let total = levels.iter().map(|l| 2 * l.size[0] * l.size[1]).sum();
         progress.samples.store(0, Ordering::Relaxed);
         progress.total.store(total, Ordering::Relaxed);
         Ok(Self {
@@ -206,6 +209,7 @@ impl<'a> Build<'a> {
                 mean_m = done.mean_m;
             }
         }
+        self.measure()?;
         let header = self.source.header();
         let place = Place::new(header.spacing_m, header.origin_m, &header.georeference);
         self.write_root(&place)?;
@@ -264,12 +268,35 @@ impl<'a> Build<'a> {
         let empty = TileStats { min_m: f32::NAN, max_m: f32::NAN, mean_m: f32::NAN, error_m: 0.0, voids: 0 };
         let stats = Mutex::new(vec![empty; tiles[0] as usize * tiles[1] as usize]);
         let coarser = match finer {
-            Some(finer) => Some(Coarser::new(self.draft.folder(), finer, level, self)?),
+            Some(finer) => Some(Coarser::new(finer, level, self)?),
             None => None,
         };
         let [across, down] = level.shards();
-        let next = AtomicUsize::new(0);
-        let narrow = AtomicBool::new(false);
+        let fits = self.by_all_workers(across * down, &|number| {
+            let shard = [number % across, number / across];
+            let Some(done) = self.shard(level, coarser.as_ref(), array, shard)? else { return Ok(false) };
+            let mut all = stats.lock().unwrap_or_else(PoisonError::into_inner);
+            for (tile, one) in done {
+                all[tile] = one;
+            }
+            Ok(true)
+        })?;
+        if !fits {
+            return Ok(None);
+        }
+        let stats = stats.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let mean_m = mean(level, &stats);
+        Ok(Some(LevelDone { stats, mean_m }))
+    }
+
+    /// Does pieces of work in their order until one fails or says false; tells whether all said true.
+    fn by_all_workers(
+        &self,
+        count: u64,
+        work: &(dyn Fn(u64) -> Result<bool, StoreError> + Sync),
+    ) -> Result<bool, StoreError> {
+        let next = AtomicU64::new(0);
+        let ended = AtomicBool::new(false);
         let failed: Mutex<Option<StoreError>> = Mutex::new(None);
         let cores = std::thread::available_parallelism().map_or(1, Into::into);
         let workers = self.options.threads.unwrap_or(cores).clamp(1, MOST_WORKERS);
@@ -277,35 +304,24 @@ impl<'a> Build<'a> {
             for _ in 0..workers {
                 scope.spawn(|| {
                     loop {
-                        let number = next.fetch_add(1, Ordering::Relaxed) as u64;
-                        let over = number >= across * down || narrow.load(Ordering::Relaxed);
-                        if over || failed.lock().unwrap_or_else(PoisonError::into_inner).is_some() {
+                        let number = next.fetch_add(1, Ordering::Relaxed);
+                        if number >= count || ended.load(Ordering::Relaxed) {
                             return;
                         }
-                        let shard = [number % across, number / across];
-                        match self.shard(level, coarser.as_ref(), array, shard) {
-                            Ok(Some(done)) => {
-                                let mut all = stats.lock().unwrap_or_else(PoisonError::into_inner);
-                                for (tile, one) in done {
-                                    all[tile] = one;
-                                }
-                            }
-                            Ok(None) => narrow.store(true, Ordering::Relaxed),
+                        match work(number) {
+                            Ok(true) => continue,
+                            Ok(false) => {}
                             Err(e) => *failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(e),
                         }
+                        ended.store(true, Ordering::Relaxed);
                     }
                 });
             }
         });
-        if let Some(error) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            return Err(error);
+        match failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(error) => Err(error),
+            None => Ok(!ended.into_inner()),
         }
-        if narrow.into_inner() {
-            return Ok(None);
-        }
-        let stats = stats.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let mean_m = mean(level, &stats);
-        Ok(Some(LevelDone { stats, mean_m }))
     }
 
     /// One shard: its samples, its tiles' figures, and the file.
@@ -316,9 +332,7 @@ impl<'a> Build<'a> {
         array: &Array<Sink>,
         [x, y]: [u64; 2],
     ) -> Result<Option<Vec<(usize, TileStats)>>, StoreError> {
-        if self.progress.stop.load(Ordering::Relaxed) {
-            return Err(StoreError::Stopped { at: self.at.into() });
-        }
+        self.go_on()?;
         let first = [x, y].map(|v| v * SHARD as u64);
         let size = [0, 1].map(|a| usize::try_from((level.size[a] - first[a]).min(SHARD as u64)).unwrap_or(0));
         // Rows from the north, the whole shard, voids beyond the data.
@@ -355,6 +369,14 @@ impl<'a> Build<'a> {
             .map_err(|e| self.write_error(e))?;
         self.progress.samples.fetch_add((size[0] * size[1]) as u64, Ordering::Relaxed);
         Ok(Some(done))
+    }
+
+    /// An error when the build was told to stop.
+    fn go_on(&self) -> Result<(), StoreError> {
+        if self.progress.stop.load(Ordering::Relaxed) {
+            return Err(StoreError::Stopped { at: self.at.into() });
+        }
+        Ok(())
     }
 
     fn write_error(&self, error: zarrs::array::ArrayError) -> StoreError {

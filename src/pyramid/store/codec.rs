@@ -159,7 +159,9 @@ impl Coder {
         let (data_type, fill) = dtype.zarr();
         let crc = Arc::new(Crc32cCodec::new());
         let chain = match codec {
-            Codec::Blosc => CodecChain::new(vec![], Arc::new(BytesCodec::little()), vec![blosc(dtype)?, crc]),
+            Codec::Blosc => {
+                CodecChain::new(vec![], Arc::new(BytesCodec::little()), vec![blosc(dtype.bytes())?, crc])
+            }
             Codec::Pcodec => CodecChain::new(vec![], pcodec()?, vec![crc]),
         };
         Ok(Self { codec, dtype, chain, data_type, fill })
@@ -173,7 +175,7 @@ impl Coder {
         if self.codec == Codec::Pcodec {
             return self.decode_pcodec(encoded);
         }
-        self.check_size(encoded)?;
+        check_frame(encoded, self.dtype.tile_bytes())?;
         let side = NonZeroU64::new(TILE as u64).ok_or("no tile")?;
         let bytes = self
             .chain
@@ -188,16 +190,6 @@ impl Coder {
             Dtype::Uint16 => Samples::Uint16(bytemuck::pod_collect_to_vec(&bytes)),
             Dtype::Float32 => Samples::Float32(bytemuck::pod_collect_to_vec(&bytes)),
         })
-    }
-
-    /// Blosc takes memory for the size a frame says it has: bytes that lie may have a fitting checksum.
-    fn check_size(&self, encoded: &[u8]) -> Result<(), String> {
-        // Bytes 4 to 7 of the frame, little-endian.
-        let size = encoded.get(4..8).and_then(|b| Some(u32::from_le_bytes(b.try_into().ok()?)));
-        if size.map(u64::from) != Some(self.dtype.tile_bytes()) {
-            return Err("its frame has another size than a tile".into());
-        }
-        Ok(())
     }
 
     /// The chain for pcodec by hand, into memory of a tile's size: the library's own decoder takes as much as
@@ -243,7 +235,7 @@ pub(crate) fn elevation_array(codec: Codec, dtype: Dtype, size: [u64; 2]) -> Res
     match codec {
         Codec::Blosc => builder
             .array_to_bytes_codec(Arc::new(BytesCodec::little()))
-            .bytes_to_bytes_codecs(vec![blosc(dtype)?, crc]),
+            .bytes_to_bytes_codecs(vec![blosc(dtype.bytes())?, crc]),
         Codec::Pcodec => builder.array_to_bytes_codec(pcodec()?).bytes_to_bytes_codecs(vec![crc]),
     };
     Ok(builder)
@@ -270,9 +262,20 @@ pub(crate) fn array_bytes(samples: Samples) -> ArrayBytes<'static> {
     samples.into_bytes()
 }
 
-fn blosc(dtype: Dtype) -> Result<Arc<BloscCodec>, String> {
+/// Blosc takes memory for the size a frame says it has: bytes that lie may have a fitting checksum.
+pub(crate) fn check_frame(encoded: &[u8], bytes: u64) -> Result<(), String> {
+    // Bytes 4 to 7 of the frame, little-endian.
+    let size = encoded.get(4..8).and_then(|b| Some(u32::from_le_bytes(b.try_into().ok()?)));
+    if size.map(u64::from) != Some(bytes) {
+        return Err("its frame has another size than what it should hold".into());
+    }
+    Ok(())
+}
+
+/// Shuffled by elements of so many bytes.
+pub(crate) fn blosc(element_bytes: usize) -> Result<Arc<BloscCodec>, String> {
     let configuration: BloscCodecConfiguration = serde_json::from_value(serde_json::json!({
-        "cname": "zstd", "clevel": 5, "shuffle": "shuffle", "typesize": dtype.bytes(), "blocksize": 0,
+        "cname": "zstd", "clevel": 5, "shuffle": "shuffle", "typesize": element_bytes, "blocksize": 0,
     }))
     .map_err(|e| e.to_string())?;
     BloscCodec::new_with_configuration(&configuration).map(Arc::new).map_err(|e| e.to_string())

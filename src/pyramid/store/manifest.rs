@@ -6,13 +6,16 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::bytes::ReadAt;
+use super::deviations::Layout;
 use super::error::StoreError;
 use super::level::{Level, levels_of};
 use super::{Codec, Dtype, TILE};
 use crate::heights::{Degrees, Georeference};
 use crate::pyramid::Prefilter;
 
-pub(crate) const SCHEMA: &str = "tessclip-store/1";
+pub(crate) const SCHEMA: &str = "tessclip-store/2";
+/// The same without deviations of blocks; still read.
+const SCHEMA_WITHOUT_DEVIATIONS: &str = "tessclip-store/1";
 pub(crate) const FILE: &str = "manifest.json";
 pub(crate) const HASH_FILE: &str = "manifest.json.xxh3";
 /// No manifest is larger: one of 10^12 samples has about 60 MB.
@@ -172,7 +175,7 @@ impl Manifest {
             schema: String,
         }
         let head: Head = serde_json::from_slice(&text).map_err(|e| broken(FILE, e.to_string()))?;
-        if head.schema != SCHEMA {
+        if ![SCHEMA, SCHEMA_WITHOUT_DEVIATIONS].contains(&head.schema.as_str()) {
             return Err(StoreError::Schema { at: at.into(), found: head.schema, known: SCHEMA });
         }
         let manifest: Self = serde_json::from_slice(&text).map_err(|e| broken(FILE, e.to_string()))?;
@@ -220,9 +223,13 @@ fn is_expected(file: &str, levels: &[Level]) -> bool {
     let level = || parts.first().and_then(|p| number(p)).and_then(|l| levels.get(usize::try_from(l).ok()?));
     match parts[..] {
         ["zarr.json"] => true,
-        [_, "zarr.json"] | [_, "elevation" | "tiles", "zarr.json"] | [_, "tiles", "c", "0", "0", "0"] => {
-            level().is_some()
-        }
+        [_, "zarr.json"]
+        | [_, "elevation" | "tiles" | "deviations", "zarr.json"]
+        | [_, "tiles", "c", "0", "0", "0"] => level().is_some(),
+        [_, "deviations", "c", y, x, "0"] => level().is_some_and(|l| {
+            let [across, down] = Layout::of(*l).chunks().map(|n| n as u64);
+            number(x).is_some_and(|x| x < across) && number(y).is_some_and(|y| y < down)
+        }),
         [_, "elevation", "c", y, x] => level().is_some_and(|l| {
             let [across, down] = l.shards();
             number(x).is_some_and(|x| x < across) && number(y).is_some_and(|y| y < down)

@@ -113,17 +113,18 @@ impl Store {
             ["zarr.json", "elevation/zarr.json", "tiles/zarr.json", "tiles/c/0/0/0"]
                 .map(|f| format!("{}/{f}", l.number))
         });
-        match wanted.chain(["zarr.json".to_string()]).find(|f| !known(f)) {
+        let mut wanted = wanted.chain(["zarr.json".to_string()]).chain(self.deviation_files());
+        match wanted.find(|f| !known(f)) {
             None => Ok(()),
             Some(file) => Err(self.header(&file, "the manifest does not list it".into())),
         }
     }
 
-    fn header(&self, file: &str, reason: String) -> StoreError {
+    pub(super) fn header(&self, file: &str, reason: String) -> StoreError {
         StoreError::Header { at: self.at.clone(), file: file.into(), reason }
     }
 
-    fn read_header(&self, file: &str, written: Written) -> Result<Vec<u8>, StoreError> {
+    pub(super) fn read_header(&self, file: &str, written: Written) -> Result<Vec<u8>, StoreError> {
         let content = match self.bytes.read_all(file, written.bytes) {
             Ok(content) => content,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => {

@@ -9,7 +9,8 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::SHARD_TILES;
 use super::Store;
-use super::level::TileKey;
+use super::deviations::Layout;
+use super::level::{Level, TileKey};
 
 /// One thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -47,15 +48,24 @@ impl VerifyReport {
     }
 }
 
+/// One file to be read.
+enum Part {
+    Shard(Level, [u64; 2]),
+    Deviations(Layout, [usize; 2]),
+}
+
 impl Store {
-    /// Reads every shard whole and decodes every tile; headers were checked when it was opened. `step` is
-    /// called after each shard with shards done and in all.
+    /// Reads every shard and all deviations whole and decodes every tile; headers were checked when it was opened.
+    /// `step` is called after each file with files done and in all.
     #[must_use]
     pub fn verify(&self, threads: usize, step: &(dyn Fn(usize, usize) + Sync)) -> VerifyReport {
-        let mut shards = Vec::new();
+        let mut parts = Vec::new();
         for level in self.levels() {
             let [across, down] = level.shards();
-            shards.extend((0..down).flat_map(|y| (0..across).map(move |x| (*level, x, y))));
+            parts.extend((0..down).flat_map(|y| (0..across).map(move |x| Part::Shard(*level, [x, y]))));
+        }
+        for layout in self.levels().iter().map(|l| Layout::of(*l)).filter(|_| self.has_deviations()) {
+            parts.extend(layout.places().map(|place| Part::Deviations(layout, place)));
         }
         let next = AtomicUsize::new(0);
         let done = AtomicUsize::new(0);
@@ -63,8 +73,8 @@ impl Store {
         std::thread::scope(|scope| {
             for _ in 0..threads.max(1) {
                 scope.spawn(|| {
-                    while let Some((level, x, y)) = shards.get(next.fetch_add(1, Ordering::Relaxed)) {
-                        let part = self.verify_shard(*level, [*x, *y]);
+                    while let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
+                        let part = self.verify_part(part);
                         {
                             let mut all = report.lock().unwrap_or_else(PoisonError::into_inner);
                             all.shards += part.shards;
@@ -72,7 +82,7 @@ impl Store {
                             all.bytes += part.bytes;
                             all.damage.extend(part.damage);
                         }
-                        step(done.fetch_add(1, Ordering::Relaxed) + 1, shards.len());
+                        step(done.fetch_add(1, Ordering::Relaxed) + 1, parts.len());
                     }
                 });
             }
@@ -87,7 +97,18 @@ impl Store {
         report
     }
 
-    fn verify_shard(&self, level: super::level::Level, [x, y]: [u64; 2]) -> VerifyReport {
+    fn verify_part(&self, part: &Part) -> VerifyReport {
+        match *part {
+            Part::Shard(level, place) => self.verify_shard(level, place),
+            Part::Deviations(layout, place) => {
+                let (file, bytes, reason) = self.verify_deviations(layout, place);
+                let damage = reason.map(|reason| Damage { file, tile: None, offset: None, reason });
+                VerifyReport { bytes, damage: damage.into_iter().collect(), ..VerifyReport::default() }
+            }
+        }
+    }
+
+    fn verify_shard(&self, level: Level, [x, y]: [u64; 2]) -> VerifyReport {
         let mut out = VerifyReport::default();
         let [across, down] = level.tiles();
         let first = [x, y].map(|v| u32::try_from(v).unwrap_or(u32::MAX).saturating_mul(SHARD_TILES as u32));

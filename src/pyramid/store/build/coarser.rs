@@ -1,27 +1,20 @@
 //! One coarser level from the finer one that was just written.
 
-use std::path::Path;
-
 use super::Build;
+use super::readback::ReadBack;
 use crate::clipmap::Rect;
 use crate::pyramid::prefilter::low_pass;
-use crate::pyramid::store::bytes::{Folder, ReadAt as _};
-use crate::pyramid::store::codec::Coder;
 use crate::pyramid::store::error::StoreError;
 use crate::pyramid::store::level::Level;
-use crate::pyramid::store::open::copy_tile;
-use crate::pyramid::store::shard::{INDEX_BYTES, decode_index};
 use crate::pyramid::store::{SHARD, SHARD_TILES, TILE};
 use crate::pyramid::{Prefilter, VOID};
 
 /// Reads the finer level back and makes shards of the coarser one.
 pub(super) struct Coarser<'a> {
-    folder: Folder,
+    back: ReadBack<'a>,
     finer: Level,
     level: Level,
-    coder: Coder,
     prefilter: Prefilter,
-    build: &'a Build<'a>,
 }
 
 /// Samples of a rectangle of nodes of the finer level.
@@ -39,10 +32,8 @@ impl Fine {
 }
 
 impl<'a> Coarser<'a> {
-    pub fn new(folder: &Path, finer: Level, level: Level, build: &'a Build<'a>) -> Result<Self, StoreError> {
-        let coder = Coder::new(build.options.codec, build.dtype).map_err(|e| build.encode_error(e))?;
-        let folder = Folder { root: folder.into() };
-        Ok(Self { folder, finer, level, coder, prefilter: build.options.prefilter, build })
+    pub fn new(finer: Level, level: Level, build: &'a Build<'a>) -> Result<Self, StoreError> {
+        Ok(Self { back: ReadBack::new(build)?, finer, level, prefilter: build.options.prefilter })
     }
 
     /// Fills the samples of a shard (rows from the north) and the errors of its tiles.
@@ -66,7 +57,8 @@ impl<'a> Coarser<'a> {
             lo: [0, 1].map(|a| (under(nodes.lo[a], a) - 1).max(0)),
             hi: [0, 1].map(|a| (under((nodes.hi[a] + 1).min(last[a]), a) + 1).min(fine_last[a])),
         };
-        let fine = self.read(rect)?;
+        let width = rect.hi[0].abs_diff(rect.lo[0]) as usize + 1;
+        let fine = Fine { rect, width, samples: self.back.read(self.finer, rect)? };
         let value = |x: i32, y: i32| {
             let (fx, fy) = (under(x, 0), under(y, 1));
             let centre = fine.at(fx, fy);
@@ -114,35 +106,5 @@ impl<'a> Coarser<'a> {
             }
         }
         Ok(())
-    }
-
-    /// Tiles of the finer level, shard by shard, straight from the files.
-    fn read(&self, rect: Rect) -> Result<Fine, StoreError> {
-        let width = rect.hi[0].abs_diff(rect.lo[0]) as usize + 1;
-        let height = rect.hi[1].abs_diff(rect.lo[1]) as usize + 1;
-        let mut samples = vec![VOID; width * height];
-        let (columns, rows) = self.finer.tiles_of(rect);
-        let across = SHARD_TILES as u32;
-        let io = |e| StoreError::io(self.build.at, "reading back", e);
-        for sy in rows[0] / across..=rows[1] / across {
-            for sx in columns[0] / across..=columns[1] / across {
-                let file = self.finer.shard_file(sx * across, sy * across);
-                let Some(bytes) = self.folder.size(&file).map_err(io)? else { continue };
-                let at = bytes.saturating_sub(INDEX_BYTES as u64);
-                let end = self.folder.read(&file, at, INDEX_BYTES).map_err(io)?;
-                let index = decode_index(&end, bytes).map_err(|e| self.build.encode_error(e))?;
-                for (k, place) in (0_u32..).zip(index) {
-                    let (column, row) = (sx * across + k % across, sy * across + k / across);
-                    let wanted =
-                        (columns[0]..=columns[1]).contains(&column) && (rows[0]..=rows[1]).contains(&row);
-                    let Some((offset, length)) = place.filter(|_| wanted) else { continue };
-                    let length = usize::try_from(length).unwrap_or(usize::MAX);
-                    let encoded = self.folder.read(&file, offset, length).map_err(io)?;
-                    let tile = self.coder.decode(&encoded).map_err(|e| self.build.encode_error(e))?;
-                    copy_tile(self.finer, &tile, [column, row], rect, &mut samples);
-                }
-            }
-        }
-        Ok(Fine { rect, width, samples })
     }
 }
