@@ -19,17 +19,9 @@ var<workgroup> needs: array<Need, THREADS>;
 var<workgroup> fitting_patches: atomic<u32>;
 var<workgroup> fitting_indices: atomic<u32>;
 
-fn span_extra(packed: u32) -> u32 {
-    return (((packed >> 5u) & 31u) - (packed & 31u)) * ((1u << ((packed >> 10u) & 15u)) - 1u);
-}
-
 fn need_of(record: PatchRecord) -> Need {
-    let w = record.shape & 0xffu;
-    let h = (record.shape >> 8u) & 0xffu;
-    let sn = record.outer_sn;
-    let we = record.outer_we;
-    let extra = span_extra(sn) + span_extra(sn >> 16u) + span_extra(we) + span_extra(we >> 16u);
-    return Need((w + 1u) * (h + 1u) + extra, 3u * (2u * w * h + extra), 1u);
+    let needs = needs_of(record);
+    return Need(needs.x, 3u * needs.y, 1u);
 }
 
 @compute @workgroup_size(64)

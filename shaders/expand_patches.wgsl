@@ -1,7 +1,7 @@
 // Visible patches -> vertices and triangles: the tessellation stage WebGPU lacks.
 // One workgroup = one patch; its 64 invocations share the vertices, then the cells. Factors have no
 // upper bound but the buffers. Total: 64 x visible patches. Nothing to clear.
-// Twin: src/reference/expand_patches.rs.
+// How sides are divided: uniform/edges.wgsl or factors/edges.wgsl. Twin: src/reference/expand_patches.rs.
 
 override HAS_VOIDS: bool = false; // triangles that touch a void sample are collapsed
 
@@ -9,90 +9,26 @@ override HAS_VOIDS: bool = false; // triangles that touch a void sample are coll
 @group(0) @binding(6) var<storage, read> visible_slots: array<u32>;
 @group(0) @binding(9) var<storage, read_write> indices: array<u32>;
 
-struct Span {
-    first: u32, // first divided cell
-    to: u32,    // one past the last
-    log2: u32,  // log2 of its segments
-    start: u32, // extra vertices of the sides before this one
-}
-
-// The patch in hand, the same for the whole workgroup.
-struct Work {
-    record: PatchRecord,
-    w: u32,
-    h: u32,
-    level: u32,
-    spans: array<Span, 4>, // south, north, west, east
-}
-
-fn span_count(s: Span) -> u32 {
-    return (s.to - s.first) * ((1u << s.log2) - 1u);
-}
-
-fn segments(s: Span, cell: u32) -> u32 {
-    return select(1u, 1u << s.log2, cell >= s.first && cell < s.to);
-}
-
-// Extra vertices of a side before a cell.
-fn extra_before(s: Span, cell: u32) -> u32 {
-    return (clamp(cell, s.first, s.to) - s.first) * ((1u << s.log2) - 1u);
-}
-
-fn unpack(record: PatchRecord) -> Work {
-    var work: Work;
-    work.record = record;
-    work.w = record.shape & 0xffu;
-    work.h = (record.shape >> 8u) & 0xffu;
-    work.level = (record.shape >> 16u) & 0xffu;
-    var start = 0u;
-    for (var side = 0u; side < 4u; side++) {
-        let word = select(record.outer_sn, record.outer_we, side >= 2u);
-        let bits = (word >> ((side & 1u) * 16u)) & 0xffffu;
-        work.spans[side] = Span(bits & 31u, (bits >> 5u) & 31u, (bits >> 10u) & 15u, start);
-        start += span_count(work.spans[side]);
-    }
-    return work;
-}
-
 // Quotient of small numbers (below 2^12) by multiplication: integer division costs as much as a vertex.
 fn quotient(v: u32, reciprocal: f32) -> u32 {
     return u32((f32(v) + 0.5) * reciprocal);
 }
 
 // Base sample of an extra vertex: one that a divided side adds to the patch's grid.
-fn extra_base(work: ptr<function, Work>, extra: u32) -> vec2<i32> {
+fn extra_base(work: ptr<function, Work>, e: u32) -> vec2<i32> {
     let level = (*work).level;
-    var side = 0u;
-    for (var s = 1u; s < 4u; s++) {
-        if extra >= (*work).spans[s].start && span_count((*work).spans[s]) > 0u {
-            side = s;
-        }
+    let extra = extra_of(work, e);
+    let record = (*work).record;
+    let step = step_log2(record);
+    let size = vec2<u32>(record.shape & 0xffu, (record.shape >> 8u) & 0xffu);
+    var corner = vec2<u32>(extra.cell << step, select(0u, size.y, extra.side == 1u));
+    if extra.side >= 2u {
+        corner = vec2<u32>(select(0u, size.x, extra.side == 3u), extra.cell << step);
     }
-    let span = (*work).spans[side];
-    let inner = (1u << span.log2) - 1u;
-    let along = extra - span.start;
-    let cell = span.first + along / inner;
-    var corner = vec2<u32>(cell, select(0u, (*work).h, side == 1u));
-    if side >= 2u {
-        corner = vec2<u32>(select(0u, (*work).w, side == 3u), cell);
-    }
-    var base = base_of(level, (*work).record.cell + vec2<i32>(corner));
-    let step = i32(((along % inner + 1u) << level) >> span.log2);
-    if side < 2u { base.x += step; } else { base.y += step; }
+    var base = base_of(level, record.cell + vec2<i32>(corner));
+    let far = i32((extra.t << (level + step)) >> segments_log2(work, extra));
+    if extra.side < 2u { base.x += far; } else { base.y += far; }
     return base;
-}
-
-// Vertex k of the chain along one edge of a cell, from west or south.
-fn chain(work: ptr<function, Work>, side: u32, cell: u32, ends: vec2<u32>, k: u32, count: u32) -> u32 {
-    if k == 0u {
-        return ends.x;
-    }
-    if k == count {
-        return ends.y;
-    }
-    let grid = ((*work).w + 1u) * ((*work).h + 1u);
-    let span = (*work).spans[side];
-    return grid + span.start + extra_before(span, cell) + k - 1u;
 }
 
 fn is_void(v: u32) -> bool {
@@ -113,77 +49,80 @@ fn put_triangle(base: u32, at: u32, a: u32, b: u32, c: u32) {
     indices[at + 2u] = t.z;
 }
 
-// Place of triangle k of a cell: two in the cell's own place, the others in those of its divided sides.
-fn place_of(work: ptr<function, Work>, cell: vec2<u32>, counts: vec4<u32>, k: u32) -> u32 {
-    let w = (*work).w;
-    if k < 2u {
-        return (cell.y * w + cell.x) * 2u + k;
-    }
-    var extra = k - 2u;
-    var place = 2u * w * (*work).h;
-    for (var side = 0u; side < 4u; side++) {
-        let more = counts[side] - 1u;
-        if extra < more {
-            let span = (*work).spans[side];
-            return place + span.start + extra_before(span, select(cell.x, cell.y, side >= 2u)) + extra;
-        }
-        extra -= more;
-    }
-    return place; // not reached: a cell has 2 + extra triangles
+fn grid_vertex(work: ptr<function, Work>, x: u32, y: u32) -> u32 {
+    return y * ((*work).w + 1u) + x;
 }
 
-// The south and north chains are zipped from west to east; the first triangle is fanned over the west
-// edge's points, the last over the east edge's. No triangle is degenerate, none is a stitch.
-fn expand_cell(work: ptr<function, Work>, cell: vec2<u32>) {
+// First point after the west or south end of a cell's edge; `high` is its other end.
+fn first_inside(work: ptr<function, Work>, side: u32, cell: u32, high: u32) -> u32 {
+    let grid = ((*work).w + 1u) * ((*work).h + 1u);
+    return select(high, grid + extra_before(work, side, cell), segments(work, side, cell) > 1u);
+}
+
+// Last point before the east end of a cell's north edge; `low` is its other end.
+fn last_inside_north(work: ptr<function, Work>, cell: u32, low: u32) -> u32 {
+    let grid = ((*work).w + 1u) * ((*work).h + 1u);
+    let count = segments(work, 1u, cell);
+    return select(low, grid + extra_before(work, 1u, cell) + count - 2u, count > 1u);
+}
+
+// A cell's edges are chains of points. The south chain is fanned from the north-west corner and the north chain
+// from the south-east one; the first of those triangles is fanned over the west chain, the last over the east
+// one. The cell's diagonal stays, so every triangle lies in one half of the cell: what is known of the halves'
+// deviation holds however their sides are divided. Every cell has two triangles of its own and every extra vertex
+// one; none is degenerate, none is a stitch.
+fn own_triangles(work: ptr<function, Work>, cell: vec2<u32>) {
+    let sw = grid_vertex(work, cell.x, cell.y);
+    let se = sw + 1u;
+    let nw = grid_vertex(work, cell.x, cell.y + 1u);
+    var south = se;
+    var west = nw;
+    var east = nw + 1u;
+    var north = nw;
+    if cell.y == 0u { south = first_inside(work, 0u, cell.x, se); }
+    if cell.x == 0u { west = first_inside(work, 2u, cell.y, nw); }
+    if cell.x + 1u == (*work).w { east = first_inside(work, 3u, cell.y, nw + 1u); }
+    if cell.y + 1u == (*work).h { north = last_inside_north(work, cell.x, nw); }
+    let at = (*work).record.first_index + 6u * (cell.y * (*work).w + cell.x);
+    put_triangle((*work).record.first_vertex, at, sw, south, west);
+    put_triangle((*work).record.first_vertex, at + 3u, se, east, north);
+}
+
+// The triangle of an extra vertex.
+fn extra_triangle(work: ptr<function, Work>, e: u32) {
     let w = (*work).w;
     let h = (*work).h;
-    let row = w + 1u;
-    let sw = cell.y * row + cell.x;
-    let se = sw + 1u;
-    let nw = sw + row;
-    let ne = nw + 1u;
-    var counts = vec4<u32>(1u);
-    if cell.y == 0u { counts.x = segments((*work).spans[0], cell.x); }
-    if cell.y + 1u == h { counts.y = segments((*work).spans[1], cell.x); }
-    if cell.x == 0u { counts.z = segments((*work).spans[2], cell.y); }
-    if cell.x + 1u == w { counts.w = segments((*work).spans[3], cell.y); }
-    var i = 0u;
-    var j = 0u;
-    var k = 0u;
-    let steps = counts.x + counts.y;
-    let base = (*work).record.first_vertex;
-    let start = (*work).record.first_index;
-    for (var step = 0u; step < steps; step++) {
-        let south = j == counts.y || (i < counts.x && (i + 1u) * counts.y <= (j + 1u) * counts.x);
-        let s = chain(work, 0u, cell.x, vec2<u32>(sw, se), i, counts.x);
-        let n = chain(work, 1u, cell.x, vec2<u32>(nw, ne), j, counts.y);
-        var third = 0u;
-        if south {
-            third = chain(work, 0u, cell.x, vec2<u32>(sw, se), i + 1u, counts.x);
-        } else {
-            third = chain(work, 1u, cell.x, vec2<u32>(nw, ne), j + 1u, counts.y);
+    let extra = extra_of(work, e);
+    let cell = extra.cell;
+    let v = (w + 1u) * (h + 1u) + e;
+    let last = extra.t + 1u == segments(work, extra.side, cell);
+    var a = 0u;
+    var b = v;
+    var c = 0u;
+    switch extra.side {
+        case 0u: {
+            a = v;
+            b = select(v + 1u, cell + 1u, last);
+            c = grid_vertex(work, cell, 1u);
         }
-        if step == 0u {
-            for (var e = 0u; e < counts.z; e++) {
-                let low = chain(work, 2u, cell.y, vec2<u32>(sw, nw), e, counts.z);
-                let high = chain(work, 2u, cell.y, vec2<u32>(sw, nw), e + 1u, counts.z);
-                put_triangle(base, start + 3u * place_of(work, cell, counts, k), low, third, high);
-                k++;
-            }
-        } else if step + 1u == steps {
-            let apex = select(n, s, south);
-            for (var e = 0u; e < counts.w; e++) {
-                let low = chain(work, 3u, cell.y, vec2<u32>(se, ne), e, counts.w);
-                let high = chain(work, 3u, cell.y, vec2<u32>(se, ne), e + 1u, counts.w);
-                put_triangle(base, start + 3u * place_of(work, cell, counts, k), low, high, apex);
-                k++;
-            }
-        } else {
-            put_triangle(base, start + 3u * place_of(work, cell, counts, k), s, third, n);
-            k++;
+        case 1u: {
+            a = grid_vertex(work, cell + 1u, h - 1u);
+            c = select(v - 1u, grid_vertex(work, cell, h), extra.t == 1u);
         }
-        if south { i++; } else { j++; }
+        case 2u: {
+            a = v;
+            b = grid_vertex(work, 1u, cell);
+            if cell == 0u { b = first_inside(work, 0u, 0u, b); }
+            c = select(v + 1u, grid_vertex(work, 0u, cell + 1u), last);
+        }
+        default: {
+            a = v;
+            b = select(v + 1u, grid_vertex(work, w, cell + 1u), last);
+            c = grid_vertex(work, w - 1u, cell + 1u);
+            if cell + 1u == h { c = last_inside_north(work, w - 1u, c); }
+        }
     }
+    put_triangle((*work).record.first_vertex, (*work).record.first_index + 3u * (2u * w * h + e), a, b, c);
 }
 
 // A vertex of the current chart; on a border it may belong to another.
@@ -203,22 +142,33 @@ fn put_owned(at: u32, own_level: u32, base: vec2<i32>, tag: u32, on_border: bool
 fn expand_extras(record: PatchRecord, thread: u32, tag: u32) {
     var work = unpack(record);
     let first = record.first_vertex + (work.w + 1u) * (work.h + 1u);
-    let count = work.spans[3].start + span_count(work.spans[3]);
+    let count = extra_count(&work);
     for (var e = thread; e < count; e += 64u) {
         let base = extra_base(&work, e);
         put_owned(first + e, owner_of(work.level, base), base, tag, true);
     }
 }
 
-// Cells along the border of a patch with divided sides.
+// Triangles of the cells along the border of a patch with divided sides, and of its extra vertices.
 fn expand_border(record: PatchRecord, thread: u32) {
     var work = unpack(record);
-    let cells = work.w * work.h;
-    for (var c = thread; c < cells; c += 64u) {
-        let cell = vec2<u32>(c % work.w, c / work.w);
-        if any(cell == vec2<u32>(0u)) || any(cell + vec2<u32>(1u) == vec2<u32>(work.w, work.h)) {
-            expand_cell(&work, cell);
+    let around = 2u * (work.w + work.h);
+    for (var k = thread; k < around; k += 64u) {
+        // South and north rows, then what is left of the west and east columns.
+        var cell = vec2<u32>(k % work.w, select(0u, work.h - 1u, k >= work.w));
+        var there = k < work.w || work.h > 1u;
+        if k >= 2u * work.w {
+            let column = k - 2u * work.w;
+            cell = vec2<u32>(select(0u, work.w - 1u, column >= work.h), column % work.h);
+            there = cell.y > 0u && cell.y + 1u < work.h && (column < work.h || work.w > 1u);
         }
+        if there {
+            own_triangles(&work, cell);
+        }
+    }
+    let count = extra_count(&work);
+    for (var e = thread; e < count; e += 64u) {
+        extra_triangle(&work, e);
     }
 }
 
@@ -228,24 +178,27 @@ fn expand_patches(
     @builtin(local_invocation_index) thread: u32,
 ) {
     let record = patches[visible_slots[group.x]];
-    let w = record.shape & 0xffu;
-    let h = (record.shape >> 8u) & 0xffu;
+    let size = vec2<i32>(vec2<u32>(record.shape & 0xffu, (record.shape >> 8u) & 0xffu));
+    let step = step_log2(record);
+    let w = grid_cells(record).x;
+    let h = grid_cells(record).y;
     let level = (record.shape >> 16u) & 0xffu;
     let tag = (level << 24u) | (((record.shape >> 24u) & 3u) << 29u);
     enter_chart(record.shape >> 28u);
     remember(level);
-    let divided = (record.outer_sn | record.outer_we) != 0u;
+    let divided = is_divided(record);
     // Only patches that touch the finer window have vertices which that one owns.
-    let touches = touches_finer(level, record.cell, record.cell + vec2<i32>(vec2<u32>(w, h)));
+    let touches = touches_finer(level, record.cell, record.cell + size);
     // Only those on a border with another chart may have vertices of that one.
     let first_base = base_of(level, record.cell);
-    let last_base = base_of(level, record.cell + vec2<i32>(vec2<u32>(w, h)));
+    let last_base = base_of(level, record.cell + size);
     let on_border = is_glued() && (any(first_base == vec2<i32>(0i)) || any(last_base == data_last()));
     let grid = (w + 1u) * (h + 1u);
     let per_row = 1.0 / f32(w + 1u);
     for (var v = thread; v < grid; v += 64u) {
         let y = quotient(v, per_row);
-        let base = base_of(level, record.cell + vec2<i32>(vec2<u32>(v - y * (w + 1u), y)));
+        let node = vec2<i32>(vec2<u32>(v - y * (w + 1u), y) << vec2<u32>(step));
+        let base = base_of(level, record.cell + min(node, size));
         var owner = level;
         if touches {
             owner = owner_of(level, base);

@@ -61,4 +61,4 @@ pub use camera::Camera;
 pub use heights::{HeightGrid, open_terrain};
 pub use pyramid::Prefilter;
 pub use renderer::{RenderError, Renderer, Target};
-pub use scene::{ColorMode, Scene, Terrain};
+pub use scene::{ColorMode, Factors, Scene, Terrain};

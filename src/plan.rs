@@ -8,7 +8,7 @@ pub use self::left_out::LeftOut;
 use crate::clipmap::ClipmapShape;
 use crate::gpu::passes::spec::{PASSES, binding_name};
 use crate::gpu::{BufferSize, Capacity, Ground, Variant, buffer_sizes};
-use crate::scene::{ColorMode, Scene, Terrain};
+use crate::scene::{ColorMode, Factors, Scene, Terrain};
 
 /// Largest buffer a shader can bind under WebGPU's default limits, bytes.
 pub const DEFAULT_MOST_BYTES: u64 = 128 << 20;
@@ -84,7 +84,7 @@ impl Plan {
         timestamps: Option<bool>,
     ) -> Self {
         let variant = variant(scene, terrain);
-        let capacity = Capacity::worst_case(shape, variant.charts).fitted(most_bytes);
+        let capacity = room(scene, shape, variant).fitted(most_bytes);
         Self::of(variant, scene, terrain, shape, capacity, timestamps)
     }
 
@@ -151,13 +151,25 @@ pub(crate) fn variant(scene: &Scene, terrain: &Terrain) -> Variant {
         short: ground != Ground::Points && terrain.source.step_m().is_some(),
         cull: scene.cull,
         horizon: scene.cull && hides,
-        // A patch of voids alone is not drawn: only bounds tell.
-        bounds: scene.cull || has_voids,
+        // A patch of voids alone is not drawn: only bounds tell. Errors on screen need distances.
+        bounds: scene.cull || has_voids || scene.factors.by_error(),
         normals: ground != Ground::Plane || scene.color != ColorMode::Elevation,
         fog: scene.fog && scene.color == ColorMode::Shaded,
+        by_error: scene.factors.by_error(),
+        budget: matches!(scene.factors, Factors::ByError { budget: Some(_), .. }),
         wireframe: scene.wireframe,
         color: scene.color,
         block_cells: block_cells(scene.n, terrain),
+    }
+}
+
+/// Room for the mesh a scene may need.
+pub(crate) fn room(scene: &Scene, shape: ClipmapShape, variant: Variant) -> Capacity {
+    match scene.factors {
+        Factors::Uniform => Capacity::worst_case(shape, variant.charts),
+        Factors::ByError { budget, .. } => {
+            Capacity::by_error(shape, variant.charts, budget, variant.has_voids)
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! `prepare` and `record` never wait for the GPU and never read anything back.
 
+mod choose;
 mod curve;
 mod inspect;
 mod place;
@@ -114,7 +115,7 @@ impl Renderer {
         scene: &Scene,
     ) -> Result<Self, RenderError> {
         let shape = scene.shape(terrain)?;
-        let capacity = Capacity::worst_case(shape, crate::plan::variant(scene, terrain).charts);
+        let capacity = crate::plan::room(scene, shape, crate::plan::variant(scene, terrain));
         Self::with_capacity(device, queue, format, terrain, scene, capacity)
     }
 
@@ -150,6 +151,9 @@ impl Renderer {
         variant: Variant,
     ) -> Result<Self, RenderError> {
         let shape = scene.shape(terrain)?;
+        if variant.by_error {
+            choose::measure(terrain);
+        }
         let timestamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let buffers = Buffers::new(device, shape, variant.extent(), capacity)?;
         let plan = Plan::of(variant, scene, terrain, shape, buffers.capacity, Some(timestamps));
@@ -265,6 +269,7 @@ impl Renderer {
         let old = self.state.as_ref().map(|s| s.windows.clone());
         self.upload_control(old.as_ref(), &windows, &mut upload);
         self.upload_records(&windows, &mut upload);
+        self.upload_choice(&windows, size_px, &mut upload);
         let shifted = self.upload_strips(&windows, &mut upload);
         let state = self.state_for(camera, windows, size_px, &shifted);
         self.upload_frame(camera, &state, &shifted, size_px);

@@ -246,6 +246,29 @@ pub enum ColorMode {
     Slope,
 }
 
+/// How finely patches are divided.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Factors {
+    /// All cells of every level, as Song et al. draw them.
+    #[default]
+    Uniform,
+    /// Each patch as finely as its measured deviation asks for. Both limits may be given: the coarser mesh wins.
+    ByError {
+        /// Most that a vertex-to-surface deviation may show on screen, pixels.
+        pixel_error: Option<f32>,
+        /// Most triangles a frame.
+        budget: Option<u32>,
+    },
+}
+
+impl Factors {
+    /// True when patches go by their error.
+    #[must_use]
+    pub fn by_error(self) -> bool {
+        self != Self::Uniform
+    }
+}
+
 /// Everything a scene asks for. What is off is not compiled, bound, allocated or run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
@@ -261,6 +284,8 @@ pub struct Scene {
     pub morph: bool,
     /// Distance fog (shaded colouring only).
     pub fog: bool,
+    /// How finely patches are divided.
+    pub factors: Factors,
     /// Draw only patches in view; off for complete meshes.
     pub cull: bool,
     /// Drop the finest levels when the camera is far above them.
@@ -280,6 +305,7 @@ impl Default for Scene {
             wireframe: false,
             morph: false,
             fog: true,
+            factors: Factors::Uniform,
             cull: true,
             drop_fine_levels: true,
             sun_deg: [315.0, 35.0],
@@ -296,8 +322,22 @@ impl Scene {
     pub fn shape(&self, terrain: &Terrain) -> Result<ClipmapShape, ClipmapError> {
         // A block of the base surface needs two cells.
         if terrain.curved.is_some() && self.n < 31 {
-            return Err(ClipmapError::GluedWindowSize { n: self.n });
+            return Err(ClipmapError::GluedWindowSize { n: self.n, least: 31 });
         }
-        terrain.graph().shape(self.n, self.levels)
+        if !self.factors.by_error() {
+            return terrain.graph().shape(self.n, self.levels);
+        }
+        let refused = |why| Err(ClipmapError::NoDeviations { why });
+        if terrain.curved.as_ref().is_some_and(|c| c.points.is_some()) {
+            return refused("positions have no measured deviations");
+        }
+        if !terrain.source.has_deviations() {
+            return refused(if terrain.source.streaming().is_some() {
+                "the store was built without deviations: build it again"
+            } else {
+                "the globe's finest level has too many samples to measure: leave finer regions out"
+            });
+        }
+        terrain.graph().shape_by_blocks(self.n, self.levels)
     }
 }

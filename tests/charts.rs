@@ -14,20 +14,7 @@ type Name = (usize, [i32; 2]);
 /// Base nodes of a patch's vertices in the order of its expansion.
 fn nodes(windows: &ChartWindows, patch: &Patch) -> Vec<Node> {
     let lattice = windows.charts[patch.chart as usize].lattice;
-    let [w, h] = patch.cells().map(|v| v as i32);
-    let at = |x: i32, y: i32| lattice.base(patch.level, [patch.rect.lo[0] + x, patch.rect.lo[1] + y]);
-    let mut out: Vec<[i32; 2]> =
-        (0..=h).flat_map(|y| (0..=w).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect();
-    for (side, span) in patch.outer.iter().enumerate() {
-        for cell in span.from as i32..span.to as i32 {
-            for t in 1..1_i32 << span.log2 {
-                let mut p = [at(cell, 0), at(cell, h), at(0, cell), at(w, cell)][side];
-                p[side / 2] += (t << patch.level) >> span.log2;
-                out.push(p);
-            }
-        }
-    }
-    out.into_iter().map(|base| Node { chart: patch.chart as usize, base }).collect()
+    patch.bases(lattice).into_iter().map(|base| Node { chart: patch.chart as usize, base }).collect()
 }
 
 /// Edges that do not belong to exactly two triangles, one in each direction; and vertices - edges + faces.

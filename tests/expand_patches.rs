@@ -29,7 +29,7 @@ fn patch_strategy() -> impl Strategy<Value = Patch> {
             if s.from >= to || s.log2 == 0 { OuterSpan::default() } else { OuterSpan { to, ..s } }
         };
         let outer = [clip(outer[0], w), clip(outer[1], w), clip(outer[2], h), clip(outer[3], h)];
-        Patch { chart: 0, level: 5, kind: BlockKind::M, rect, outer }
+        Patch { chart: 0, level: 5, kind: BlockKind::M, rect, outer, by_error: None }
     })
 }
 

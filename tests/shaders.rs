@@ -8,7 +8,10 @@
 )]
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use tessclip::gpu::{Counters, GpuControlQuad, GpuFrame, Ground, PatchRecord, rival_sources, shader_sources};
+use tessclip::gpu::{
+    Counters, GpuChoice, GpuControlQuad, GpuFrame, Ground, PatchRecord, by_error_sources, rival_sources,
+    shader_sources,
+};
 use tessclip::reference::Vertex;
 
 fn validate(text: &str) -> Result<naga::Module, String> {
@@ -135,7 +138,7 @@ fn shared_structs_have_the_same_members_offsets_and_sizes() {
                 finest,
                 n,
                 slots_per_level,
-                spare_too,
+                window_cells,
                 vertex_capacity,
                 index_capacity,
                 shifted_levels,
@@ -166,7 +169,8 @@ fn shared_structs_have_the_same_members_offsets_and_sizes() {
                 vertices_needed,
                 indices_needed,
                 patches_visible,
-                patches_dropped
+                patches_dropped,
+                threshold_px
             ),
         ),
     ];
@@ -178,6 +182,22 @@ fn shared_structs_have_the_same_members_offsets_and_sizes() {
     let offsets: Vec<u32> = members.iter().map(|m| m.1).collect();
     assert_eq!((offsets, span as usize), (vec![0, 4, 8, 12], size_of::<Vertex>()));
     assert_eq!(std::mem::offset_of!(Vertex, packed), 12);
+}
+
+#[test]
+fn the_modules_of_factors_by_error_are_valid() {
+    for source in by_error_sources() {
+        for ground in [Ground::Plane, Ground::Curved] {
+            for variant in variants(&source.text(ground)) {
+                validate(&variant).unwrap_or_else(|e| panic!("{} {ground:?}: {e}", source.stem));
+            }
+        }
+    }
+    let module = validate(&by_error_sources()[0].text(Ground::Plane)).expect("valid");
+    let rust = rust_layout!(GpuChoice, half_px, reference_px, reference_bin, budget, bend_m, spare);
+    let (members, size) = wgsl_layout(&module, "Choice").expect("present");
+    // What is left at the end is two words there and one array here.
+    assert_eq!((&members[..5], size), (&rust.0[..5], rust.1));
 }
 
 #[test]

@@ -20,9 +20,9 @@ fn point_at(level: u32, node: vec2<i32>) -> Point {
 
 // 0 in the middle of the window, 1 before its perimeter (Losasso and Hoppe 2004, section 5).
 fn morph_weight(level: u32, base: vec2<i32>) -> f32 {
-    let cells = f32(frame.n - 1u);
+    let cells = f32(frame.window_cells);
     let width = cells * 0.1;
-    let start = cells * 0.5 - 3.0 - width;
+    let start = cells * 0.5 - 3.0 * f32(layout_unit()) - width;
     let scale = 1.0 / f32(1u << level);
     let away = abs((vec2<f32>(base - charts[chart].anchor) - charts[chart].eye) * scale);
     return clamp((max(away.x, away.y) - start) / width, 0.0, 1.0);

@@ -37,10 +37,10 @@ fn coarse_height(level: u32, node: vec2<i32>) -> f32 {
 // 0 in the middle of the window, 1 before its perimeter (Losasso and Hoppe 2004, section 5); at least as much
 // as a level that has just arrived still shows of the coarser one.
 fn morph_weight(level: u32, base: vec2<i32>) -> f32 {
-    let cells = f32(frame.n - 1u);
+    let cells = f32(frame.window_cells);
     let width = cells * 0.1;
-    // The camera may stand three cells off the window's centre.
-    let start = cells * 0.5 - 3.0 - width;
+    // The camera may stand three units off the window's centre.
+    let start = cells * 0.5 - 3.0 * f32(layout_unit()) - width;
     let scale = 1.0 / f32(1u << level);
     let away = abs((vec2<f32>(base - frame.anchor) - frame.eye_samples) * scale);
     let near = clamp((max(away.x, away.y) - start) / width, 0.0, 1.0);

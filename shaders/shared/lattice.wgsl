@@ -16,17 +16,22 @@ fn base_of(level: u32, node: vec2<i32>) -> vec2<i32> {
     return min(node << vec2<u32>(level), data_last());
 }
 
+// Cells a step of the layout: 1, or 16 where patches are whole blocks.
+fn layout_unit() -> u32 {
+    return (frame.n + 1u - frame.window_cells) / 2u;
+}
+
 // Samples a level draws: its window where there is data.
 fn loaded(level: u32) -> Rect {
     let lo = origin_of(level);
-    let hi = lo + vec2<i32>(i32(frame.n) - 1i);
+    let hi = lo + vec2<i32>(i32(frame.window_cells));
     return Rect(max(lo, vec2<i32>(0i)), min(hi, node_of(level, data_last())));
 }
 
 // Samples a level keeps: one more beyond every border with another chart.
 fn held(level: u32) -> Rect {
     let lo = origin_of(level);
-    let hi = lo + vec2<i32>(i32(frame.n) - 1i);
+    let hi = lo + vec2<i32>(i32(frame.window_cells));
     return Rect(max(lo, apron_lo()), min(hi, node_of(level, data_last()) + apron_hi()));
 }
 

@@ -31,7 +31,7 @@ struct Frame {
     finest: u32,                   // finest level drawn
     n: u32,                        // samples per side of a window
     slots_per_level: u32,          // patch slots
-    spare_too: u32,
+    window_cells: u32,             // cells a side of a window, n - 1 or what whole blocks leave of it
     vertex_capacity: u32,
     index_capacity: u32,
     shifted_levels: u32,           // bit l: the window of level l moved this frame
@@ -89,6 +89,7 @@ struct Counters {
     indices_needed: u32,
     patches_visible: u32,
     patches_dropped: u32,
+    threshold_px: f32, // screen-space error that factors went by; 0 where they are uniform
 }
 
 struct Vertex {

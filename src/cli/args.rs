@@ -6,6 +6,7 @@ use anyhow::{Context as _, bail};
 use clap::ValueEnum;
 use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
 
+use super::factor_args::{FactorWishes, LEAST_N_BY_ERROR, N_BY_ERROR};
 use super::scene_file::SceneFile;
 pub use super::terrain_args::{ReadArgs, TerrainArgs};
 
@@ -54,7 +55,8 @@ pub enum Color {
 /// The clipmap's shape.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ShapeArgs {
-    /// Samples per side of a window: 15, 31, 63, 127, 255, 511 or 1023; by default 255
+    /// Samples per side of a window: 15, 31, 63, 127, 255, 511 or 1023; by default 255, and 511 with factors by
+    /// error, which need at least 127
     #[arg(long)]
     n: Option<u32>,
     /// Levels; by default the fewest that cover the data from everywhere
@@ -66,20 +68,36 @@ pub struct ShapeArgs {
     /// Draw every patch, also those out of view
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     no_cull: Option<bool>,
+    #[command(flatten)]
+    factors: FactorWishes,
 }
 
 impl ShapeArgs {
     /// The scene with this shape, then what the file says, then the defaults.
-    pub fn scene(&self, file: &SceneFile) -> Scene {
+    pub fn scene(&self, file: &SceneFile) -> anyhow::Result<Scene> {
         let usual = Scene::default();
-        Scene {
-            n: self.n.or(file.n).unwrap_or(usual.n),
+        let factors = self.factors.over(&file.factors)?;
+        let n = self.n.or(file.n).unwrap_or(if factors.by_error() { N_BY_ERROR } else { usual.n });
+        // Only here: what one place says of n and what another says of the factors come together.
+        if factors.by_error() && n < LEAST_N_BY_ERROR {
+            let given = match (self.n, &file.path) {
+                (None, Some(path)) => format!("{path}: clipmap.n = {n}"),
+                _ => format!("--n {n}"),
+            };
+            bail!(
+                "{given}: factors by error need windows of at least {LEAST_N_BY_ERROR} samples; raise it or \
+                 take --factors uniform"
+            );
+        }
+        Ok(Scene {
+            n,
+            factors,
             levels: self.levels.or(file.levels),
             morph: self.morph.or(file.morph).unwrap_or(usual.morph),
             cull: self.no_cull.map(|no| !no).or(file.cull).unwrap_or(usual.cull),
             drop_fine_levels: file.drop_fine_levels.unwrap_or(usual.drop_fine_levels),
             ..usual
-        }
+        })
     }
 }
 
@@ -231,4 +249,61 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
         let _ = std::fs::remove_file(&part);
     }
     done.with_context(failed)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+    use tessclip::Factors;
+
+    use super::*;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        shape: ShapeArgs,
+    }
+
+    fn shape(args: &[&str]) -> ShapeArgs {
+        Line::try_parse_from([&["tessclip"], args].concat()).expect("understood").shape
+    }
+
+    #[test]
+    fn windows_are_larger_by_default_where_factors_go_by_error() {
+        let none = SceneFile::default();
+        let scene = |args: &[&str], file| shape(args).scene(file).expect("suits");
+        assert_eq!((scene(&[], &none).n, scene(&[], &none).factors), (255, Factors::Uniform));
+        let by_error = scene(&["--factors", "error"], &none);
+        let one_pixel = Factors::ByError { pixel_error: Some(1.0), budget: None };
+        assert_eq!((by_error.n, by_error.factors), (511, one_pixel));
+        let both = scene(&["--pixel-error", "0.5", "--budget", "200000", "--n", "127"], &none);
+        let limits = Factors::ByError { pixel_error: Some(0.5), budget: Some(200_000) };
+        assert_eq!((both.n, both.factors), (127, limits));
+        let file = SceneFile { n: Some(255), ..SceneFile::default() };
+        assert_eq!(scene(&["--budget", "5000"], &file).n, 255);
+    }
+
+    #[test]
+    fn factors_by_error_need_large_windows() {
+        let file = SceneFile { path: Some("hills.toml".into()), n: Some(63), ..SceneFile::default() };
+        let said = |args: &[&str]| shape(args).scene(&file).expect_err("too small").to_string();
+        for (error, place) in [
+            (said(&["--pixel-error", "1"]), "hills.toml: clipmap.n = 63: "),
+            (said(&["--pixel-error", "1", "--n", "31"]), "--n 31: "),
+        ] {
+            assert!(error.starts_with(place) && error.contains("at least 127 samples"), "{error}");
+        }
+        assert!(shape(&["--pixel-error", "1", "--n", "127"]).scene(&file).is_ok());
+        assert!(shape(&[]).scene(&file).is_ok());
+    }
+
+    #[test]
+    fn contradictions_and_limits_out_of_range_are_refused() {
+        assert!(shape(&["--factors", "uniform", "--budget", "5000"]).scene(&SceneFile::default()).is_err());
+        for bad in
+            [["--pixel-error", "-1"], ["--pixel-error", "nan"], ["--budget", "10"], ["--factors", "all"]]
+        {
+            assert!(Line::try_parse_from([&["tessclip"], &bad[..]].concat()).is_err(), "{bad:?}");
+        }
+    }
 }

@@ -37,10 +37,10 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     check_writable(&args.output)?;
     let file = SceneFile::of(&args.terrain.terrain)?;
+    let scene = args.shape.scene(&file)?;
     let terrain = args.terrain.over(&file).open()?;
     let pose = args.camera.as_deref().or(file.pose.as_deref());
     let camera = camera(&terrain, pose, args.fov.or(file.fov).unwrap_or(FOV_DEG))?;
-    let scene = args.shape.scene(&file);
     scene.shape(&terrain)?;
     let gpu = Gpu::new()?;
     let target = Offscreen::new(&gpu.device, args.size.or(file.size).unwrap_or(SIZE))?;

@@ -6,6 +6,7 @@ mod check;
 mod compare;
 mod demo;
 mod export;
+mod factor_args;
 mod fly;
 mod footprints;
 mod info;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::bail;
 use image::{ImageEncoder as _, codecs::png::PngEncoder};
-use tessclip::gpu::{Gpu, Offscreen};
+use tessclip::gpu::{Counters, Gpu, Offscreen};
 use tessclip::measure::invariants::draw;
 use tessclip::{Camera, Renderer, Scene, Terrain};
 
@@ -68,7 +68,20 @@ pub fn draw_whole(
     if renderer.grow(&counters)? {
         draw(gpu, renderer, target, camera)?;
     }
+    warn_of_budget(renderer, &counters);
     Ok(())
+}
+
+/// A budget that cannot be met is said, with what the mesh has.
+pub fn warn_of_budget(renderer: &Renderer, counters: &Counters) {
+    let Some(budget) = renderer.budget() else { return };
+    let triangles = counters.indices_needed / 3;
+    if triangles > budget {
+        log::warn!(
+            "{triangles} triangles: no coarser mesh keeps to the budget of {budget} here; voids and patches at the \
+             borders of levels set a least number"
+        );
+    }
 }
 
 /// Writes RGBA bytes as PNG.

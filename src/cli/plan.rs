@@ -34,8 +34,8 @@ struct Planned<'a> {
 
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let file = SceneFile::of(&args.terrain.terrain)?;
+    let scene = args.look.apply(args.shape.scene(&file)?, &file);
     let terrain = args.terrain.over(&file).open()?;
-    let scene = args.look.apply(args.shape.scene(&file), &file);
     let shape = scene.shape(&terrain)?;
     let plan = Plan::new(&scene, &terrain, shape, DEFAULT_MOST_BYTES, None);
     if let Some(large) = plan.buffers.iter().find(|b| b.bytes > DEFAULT_MOST_BYTES) {

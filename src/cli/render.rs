@@ -33,10 +33,10 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     check_writable(&args.output)?;
     let file = SceneFile::of(&args.terrain.terrain)?;
+    let scene = args.look.apply(args.shape.scene(&file)?, &file);
     let terrain = args.terrain.over(&file).open()?;
     let pose = args.camera.as_deref().or(file.pose.as_deref());
     let camera = camera(&terrain, pose, args.look.fov(&file))?;
-    let scene = args.look.apply(args.shape.scene(&file), &file);
     scene.shape(&terrain)?;
     let gpu = Gpu::new()?;
     log::info!("adapter: {}", gpu.describe());

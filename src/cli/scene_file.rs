@@ -13,6 +13,7 @@ use tessclip::surface::Base;
 use toml::de::{DeTable, DeValue};
 
 use super::args::{Color, Filter, Nodata, Rgb, parse_color, parse_size};
+use super::factor_args::{self, FactorWishes};
 
 /// Tables and their keys.
 const KEYS: [(&str, &[&str]); 4] = [
@@ -20,7 +21,7 @@ const KEYS: [(&str, &[&str]); 4] = [
         "terrain",
         &["source", "base", "over", "exaggeration", "spacing", "z_scale", "z_offset", "nodata", "prefilter"],
     ),
-    ("clipmap", &["n", "levels", "morph", "cull", "drop_fine_levels"]),
+    ("clipmap", &["n", "levels", "morph", "cull", "drop_fine_levels", "factors", "pixel_error", "budget"]),
     ("look", &["color", "wireframe", "fog", "background", "sun"]),
     ("camera", &["pose", "fov", "size"]),
 ];
@@ -28,6 +29,8 @@ const KEYS: [(&str, &[&str]); 4] = [
 /// What a scene file says; all of it is `None` where TERRAIN is no scene file.
 #[derive(Clone, Debug, Default)]
 pub struct SceneFile {
+    /// The file itself, for messages.
+    pub path: Option<String>,
     /// DEM file, positions or recipe.
     pub source: Option<String>,
     /// Base surface.
@@ -56,6 +59,8 @@ pub struct SceneFile {
     pub cull: Option<bool>,
     /// Drop the finest levels from far above.
     pub drop_fine_levels: Option<bool>,
+    /// How finely patches are divided.
+    pub factors: FactorWishes,
     /// Colouring.
     pub color: Option<Color>,
     /// Triangle edges.
@@ -100,7 +105,7 @@ impl SceneFile {
         let place = Place { path, text };
         let document = DeTable::parse(text)
             .map_err(|e| place.fail(e.span().unwrap_or(0..0), &format!("not TOML: {}", e.message())))?;
-        let mut scene = Self::default();
+        let mut scene = Self { path: Some(path.display().to_string()), ..Self::default() };
         for (name, table) in document.get_ref().iter() {
             let Some((name, keys)) = KEYS.iter().find(|(known, _)| *known == name.get_ref().as_ref()) else {
                 return Err(place.unknown(name.span(), "", name.get_ref()));
@@ -115,6 +120,13 @@ impl SceneFile {
                 scene
                     .set(&place, key, value.get_ref())
                     .map_err(|e| place.fail(value.span(), &format!("{name}.{key}: {e:#}")))?;
+            }
+            // Only a whole table shows it, whatever the order of its keys.
+            if let Some(limit) = scene.factors.idle_limit()
+                && let Some((key, _)) = table.iter().find(|(key, _)| limit == key.get_ref().as_ref())
+            {
+                let what = "has no meaning with factors = \"uniform\"; leave one of them out";
+                return Err(place.fail(key.span(), &format!("{name}.{limit}: {what}")));
             }
         }
         if scene.source.is_none() {
@@ -146,6 +158,15 @@ impl SceneFile {
             "morph" => self.morph = Some(switch(value)?),
             "cull" => self.cull = Some(switch(value)?),
             "drop_fine_levels" => self.drop_fine_levels = Some(switch(value)?),
+            "factors" => self.factors.kind = Some(choice(value)?),
+            "pixel_error" => {
+                let pixels = factor_args::pixel_error(number(value)?);
+                self.factors.pixel_error = Some(pixels.map_err(|e| anyhow!(e))?);
+            }
+            "budget" => {
+                let triangles = factor_args::budget(Some(whole(value)?));
+                self.factors.budget = Some(triangles.map_err(|e| anyhow!(e))?);
+            }
             "color" => self.color = Some(choice(value)?),
             "wireframe" => self.wireframe = Some(switch(value)?),
             "fog" => self.fog = Some(switch(value)?),
@@ -271,4 +292,41 @@ fn choice<T: ValueEnum>(value: &DeValue<'_>) -> anyhow::Result<T> {
             near.map_or("", String::as_str)
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::factor_args::FactorKind;
+    use super::*;
+
+    fn parse(clipmap: &str) -> anyhow::Result<SceneFile> {
+        let text = format!("[terrain]\nsource = 'procedural:plain'\n[clipmap]\n{clipmap}\n");
+        SceneFile::parse(Path::new("hills.toml"), &text)
+    }
+
+    #[test]
+    fn factors_and_their_limits_are_read() {
+        let scene = parse("factors = 'error'\npixel_error = 2\nbudget = 300_000").expect("suits");
+        let wanted =
+            FactorWishes { kind: Some(FactorKind::Error), pixel_error: Some(2.0), budget: Some(300_000) };
+        assert_eq!(scene.factors, wanted);
+        assert_eq!(scene.path.as_deref(), Some("hills.toml"));
+        assert_eq!(parse("n = 63").expect("suits").factors, FactorWishes::default());
+    }
+
+    #[test]
+    fn factors_that_do_not_suit_are_refused_where_they_stand() {
+        for (clipmap, words) in [
+            ("factors = 'eror'", "line 4: clipmap.factors: `eror` is none of uniform, error"),
+            ("pixel_error = 0.01", "line 4: clipmap.pixel_error: give 0.05 to 100 pixels"),
+            ("pixel_error = inf", "line 4: clipmap.pixel_error: give a finite number"),
+            ("n = 511\nbudget = 10", "line 5: clipmap.budget: give 1000 to 50000000 triangles"),
+            ("budget = 2e6", "line 4: clipmap.budget: give a whole number"),
+            ("factors = 'uniform'\nbudget = 5000", "line 5: clipmap.budget: has no meaning"),
+            ("pixel_error = 1\nfactors = 'uniform'", "line 4: clipmap.pixel_error: has no meaning"),
+        ] {
+            let error = parse(clipmap).expect_err("does not suit").to_string();
+            assert!(error.starts_with("hills.toml: ") && error.contains(words), "{error}");
+        }
+    }
 }

@@ -158,30 +158,51 @@ impl ChartGraph {
     /// # Errors
     /// As [`ClipmapShape::new`]; glued charts need n of at least 31, or levels could differ by two.
     pub fn shape(&self, n: u32, levels: Option<u32>) -> Result<ClipmapShape, ClipmapError> {
+        self.shape_of(n, levels, false)
+    }
+
+    /// As [`ChartGraph::shape`], laid out in whole blocks ([`ClipmapShape::covering_by_blocks`]).
+    ///
+    /// # Errors
+    /// As [`ChartGraph::shape`]; n must be 127 or more, on glued charts 511.
+    pub fn shape_by_blocks(&self, n: u32, levels: Option<u32>) -> Result<ClipmapShape, ClipmapError> {
+        self.shape_of(n, levels, true)
+    }
+
+    fn shape_of(&self, n: u32, levels: Option<u32>, blocks: bool) -> Result<ClipmapShape, ClipmapError> {
+        let given = |levels, lattice| {
+            let shape = ClipmapShape::new(n, levels, lattice)?;
+            if blocks { shape.by_blocks() } else { Ok(shape) }
+        };
         let longest =
             self.charts.iter().map(|c| c.lattice.last).fold([1, 1], |m, l| [m[0].max(l[0]), m[1].max(l[1])]);
         let lattice = Lattice { last: longest };
-        let covering = ClipmapShape::covering(n, lattice)?;
+        let covering = match blocks {
+            true => ClipmapShape::covering_by_blocks(n, lattice)?,
+            false => ClipmapShape::covering(n, lattice)?,
+        };
         if !self.is_glued() {
             return match levels {
-                Some(levels) => ClipmapShape::new(n, levels, lattice),
+                Some(levels) => given(levels, lattice),
                 None => Ok(covering),
             };
         }
-        if n < 31 {
-            return Err(ClipmapError::GluedWindowSize { n });
+        // Of the layout, in its units.
+        let least = 32 * covering.unit() - 1;
+        if n < least {
+            return Err(ClipmapError::GluedWindowSize { n, least });
         }
         // Sixteen levels of a small window need not reach around a large surface.
-        let reach = i64::from(2 * covering.m() - 2) << (covering.levels() - 1);
+        let reach = covering.reach() << (covering.levels() - 1);
         if reach < i64::from(longest[0].max(longest[1])) {
-            return Err(ClipmapError::GluedWindowSize { n });
+            return Err(ClipmapError::GluedWindowSize { n, least: (2 * n + 1).min(1023) });
         }
         // Where the surface is closed, everything must be covered: fewer levels would leave holes.
         match levels {
             Some(levels) if levels < covering.levels() => {
                 Err(ClipmapError::GluedLevelCount { levels, least: covering.levels() })
             }
-            Some(levels) => ClipmapShape::new(n, levels, lattice),
+            Some(levels) => given(levels, lattice),
             None => Ok(covering),
         }
     }
@@ -289,7 +310,7 @@ impl ChartWindows {
         centre: [f64; 2],
         finest: u32,
     ) -> Self {
-        let reach = f64::from(2 * shape.m() - 2);
+        let reach = shape.reach() as f64;
         let entries = graph.entries(home, centre);
         let glued = graph.is_glued();
         let charts = graph

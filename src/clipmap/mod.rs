@@ -12,5 +12,6 @@ mod windows;
 
 pub use charts::{Chart, ChartGraph, ChartWindows, MAX_CHARTS, Neighbour, Node, Side, thirds};
 pub use lattice::{Lattice, Rect};
+pub(crate) use refill::difference;
 pub use refill::{Refill, Strip, height_bound, refill_from, refill_strips, stale};
 pub use windows::{ClipmapError, ClipmapShape, LPosition, MAX_LEVELS, Windows};

@@ -70,7 +70,7 @@ pub fn height_bound(n: u32, dx: i32, dy: i32) -> u64 {
 }
 
 /// `a` without `b`, where `b` is a corner, side or whole of `a`: at most two disjoint rectangles.
-fn difference(a: Rect, b: Rect) -> Vec<Rect> {
+pub(crate) fn difference(a: Rect, b: Rect) -> Vec<Rect> {
     if a.is_empty() {
         return Vec::new();
     }

@@ -16,6 +16,18 @@ pub enum ClipmapError {
         /// What was asked for.
         n: u32,
     },
+    /// `n` is too small for a layout of whole blocks.
+    #[error("factors by error need windows of at least 127 samples: take n = 127, 255, 511 or 1023, not {n}")]
+    BlockWindowSize {
+        /// What was asked for.
+        n: u32,
+    },
+    /// No deviations are known.
+    #[error("factors by error are not to be had here: {why}; or take --factors uniform")]
+    NoDeviations {
+        /// What is in the way.
+        why: &'static str,
+    },
     /// Level count out of range for this data.
     #[error(
         "{levels} levels cannot be used: this data supports 1 to {most}; lower --levels or give a larger terrain"
@@ -28,11 +40,13 @@ pub enum ClipmapError {
     },
     /// `n` is too small for a curved base surface.
     #[error(
-        "window size n = {n} is too small for this base surface and the detail of its data: take a larger one, 31 to 1023"
+        "window size n = {n} is too small for this base surface and the detail of its data: take a larger one, {least} to 1023"
     )]
     GluedWindowSize {
         /// What was asked for.
         n: u32,
+        /// The least that may do.
+        least: u32,
     },
     /// Too few levels to close the surface.
     #[error("{levels} levels do not cover this base surface: take {least} or more, or leave --levels out")]
@@ -49,6 +63,7 @@ pub enum ClipmapError {
 pub struct ClipmapShape {
     n: u32,
     levels: u32,
+    unit: u32,
 }
 
 impl ClipmapShape {
@@ -64,7 +79,7 @@ impl ClipmapShape {
         if !(1..=most).contains(&levels) {
             return Err(ClipmapError::LevelCount { levels, most });
         }
-        Ok(Self { n, levels })
+        Ok(Self { n, levels, unit: 1 })
     }
 
     /// The fewest levels whose coarsest window covers the whole grid from any ground point on it.
@@ -75,15 +90,40 @@ impl ClipmapShape {
     /// # Errors
     /// As [`ClipmapShape::new`], for `n` only.
     pub fn covering(n: u32, lattice: Lattice) -> Result<Self, ClipmapError> {
-        let one = Self::new(n, 1, lattice)?;
+        Self::new(n, 1, lattice)?.cover(lattice)
+    }
+
+    /// As [`ClipmapShape::covering`], laid out in whole blocks of the pyramid (16 x 16 cells): every line of the
+    /// layout, scaled by 16, lies on a block's border, so a patch is a block and its measured deviations hold.
+    /// The layout is that of (n + 1) / 16 - 1 samples; what it leaves over of the window is not held.
+    ///
+    /// # Errors
+    /// As [`ClipmapShape::new`]; `n` must be 127 or more.
+    pub fn covering_by_blocks(n: u32, lattice: Lattice) -> Result<Self, ClipmapError> {
+        Self::new(n, 1, lattice)?.by_blocks()?.cover(lattice)
+    }
+
+    /// The same shape in whole blocks.
+    ///
+    /// # Errors
+    /// `n` must be 127 or more.
+    pub fn by_blocks(self) -> Result<Self, ClipmapError> {
+        if self.n < 127 {
+            return Err(ClipmapError::BlockWindowSize { n: self.n });
+        }
+        Ok(Self { unit: 16, ..self })
+    }
+
+    fn cover(self, lattice: Lattice) -> Result<Self, ClipmapError> {
+        let one = self;
         let longest = i64::from(lattice.last[0].max(lattice.last[1]));
-        // A window's centre may lie two of its own cells from the camera, hence 2m - 2 and not 2m + 1.
-        let reach = i64::from(2 * one.m() - 2);
+        // A window's centre may lie two of its own units from the camera, hence 2m - 2 and not 2m + 1.
+        let reach = one.reach();
         let mut levels = 1;
         while levels <= lattice.coarsest_level() && reach << (levels - 1) < longest {
             levels += 1;
         }
-        Self::new(n, levels, lattice)
+        Ok(Self { unit: self.unit, ..Self::new(self.n, levels, lattice)? })
     }
 
     /// Samples per side of a window.
@@ -98,10 +138,28 @@ impl ClipmapShape {
         self.levels
     }
 
-    /// Side of an M block in cells, `m = (n + 1) / 4 - 1` (Song et al. 2016, Eq. 1).
+    /// Cells a step of the layout: 1, or 16 where patches are blocks.
+    #[must_use]
+    pub fn unit(self) -> u32 {
+        self.unit
+    }
+
+    /// Side of an M block in cells, `m = (n + 1) / 4 - 1` (Song et al. 2016, Eq. 1), in whole units.
     #[must_use]
     pub fn m(self) -> u32 {
-        self.n.div_ceil(4) - 1
+        self.n.div_ceil(4) - self.unit
+    }
+
+    /// Cells a side of a window, `4m + 2` units; `n - 1` where a unit is a cell.
+    #[must_use]
+    pub fn cells(self) -> u32 {
+        self.n + 1 - 2 * self.unit
+    }
+
+    /// Cells that a level surely reaches to either side of the camera; negative where it need not hold it.
+    #[must_use]
+    pub(crate) fn reach(self) -> i64 {
+        2 * i64::from(self.m()) - 2 * i64::from(self.unit)
     }
 }
 
@@ -139,21 +197,24 @@ impl Windows {
     #[must_use]
     pub fn place(shape: ClipmapShape, lattice: Lattice, centre: [f64; 2], finest: u32) -> Self {
         let m = i32_from(shape.m());
-        let half = f64::from(2 * m + 1);
+        let unit = i32_from(shape.unit());
+        // Origins stand on every second unit, so that they are whole units of the coarser level.
+        let step = f64::from(2 * unit);
+        let half = f64::from(2 * m + unit);
         let mut origin = [0, 1].map(|a| {
             let inside = if centre[a].is_finite() { centre[a] } else { 0.0 };
             let inside = inside.clamp(0.0, f64::from(lattice.last[a]));
-            let snapped = ((inside - half) / 2.0).round() * 2.0;
+            let snapped = ((inside - half) / step).round() * step;
             #[expect(clippy::cast_possible_truncation, reason = "clamped to the lattice, which fits i32")]
             let snapped = snapped as i32;
             snapped
         });
         let mut origins = vec![origin];
         for _ in 1..shape.levels() {
-            // The finer window begins m or m + 1 cells inside; the even one of both is ours.
+            // The finer window begins m or m + 1 units inside; the even one of both is ours.
             origin = origin.map(|o| {
                 let low = o / 2 - m;
-                if low % 2 == 0 { low } else { low - 1 }
+                if low % (2 * unit) == 0 { low } else { low - unit }
             });
             origins.push(origin);
         }
@@ -189,7 +250,7 @@ impl Windows {
     #[must_use]
     pub fn window(&self, level: u32) -> Rect {
         let lo = self.origins[level as usize];
-        let side = i32_from(self.shape.n()) - 1;
+        let side = i32_from(self.shape.cells());
         Rect { lo, hi: [lo[0] + side, lo[1] + side] }
     }
 

@@ -22,8 +22,10 @@ pub struct Buffers {
     pub counters: wgpu::Buffer,
     pub vertices: wgpu::Buffer,
     pub indices: wgpu::Buffer,
-    /// Curved surfaces only, as all below.
+    /// Curved surfaces only.
     pub curved: Option<CurvedBuffers>,
+    /// Where factors go by error only.
+    pub by_error: Option<ByErrorBuffers>,
     pub capacity: Capacity,
 }
 
@@ -42,6 +44,16 @@ pub struct CurvedBuffers {
     pub records: Option<wgpu::Buffer>,
     pub anchors: wgpu::Buffer,
     pub shades: wgpu::Buffer,
+}
+
+/// What factors by error need besides.
+#[derive(Debug)]
+#[allow(missing_docs, reason = "named as the bindings, which the shaders document")]
+pub struct ByErrorBuffers {
+    pub choice: wgpu::Buffer,
+    pub deviations: wgpu::Buffer,
+    pub wishes: wgpu::Buffer,
+    pub weights: wgpu::Buffer,
 }
 
 impl Buffers {
@@ -82,6 +94,15 @@ impl Buffers {
                 shades: make("shades", U::STORAGE | U::VERTEX)?,
             }),
         };
+        let by_error = match extent.by_error {
+            false => None,
+            true => Some(ByErrorBuffers {
+                choice: make("choice", U::UNIFORM | U::COPY_DST)?,
+                deviations: make("deviations", host)?,
+                wishes: make("wishes", U::STORAGE)?,
+                weights: make("weights", U::STORAGE)?,
+            }),
+        };
         Ok(Self {
             frame: make("frame", U::UNIFORM | U::COPY_DST)?,
             control_points: make("control_points", host)?,
@@ -96,6 +117,7 @@ impl Buffers {
             vertices: make("vertices", U::STORAGE | U::VERTEX)?,
             indices: make("indices", U::STORAGE | U::INDEX)?,
             curved,
+            by_error,
             capacity,
         })
     }
@@ -125,6 +147,14 @@ impl Buffers {
                 ("shades", &c.shades),
             ]);
             all.extend(c.records.as_ref().map(|b| ("records", b)));
+        }
+        if let Some(b) = &self.by_error {
+            all.extend([
+                ("choice", &b.choice),
+                ("deviations", &b.deviations),
+                ("wishes", &b.wishes),
+                ("weights", &b.weights),
+            ]);
         }
         all
     }

@@ -4,7 +4,8 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::clipmap::{LPosition, MAX_LEVELS, Rect, Windows};
 use crate::quads::{
-    BlockKind, ControlQuad, L_QUADS, OuterSpan, Patch, control_points, control_quads, l_quads, patch_slots,
+    BlockKind, ByError, ControlQuad, L_QUADS, OuterSpan, Patch, control_points, control_quads, l_quads,
+    patch_slots,
 };
 
 /// Frame uniform (`Frame` in WGSL); members are documented there.
@@ -31,7 +32,7 @@ pub struct GpuFrame {
     pub finest: u32,
     pub n: u32,
     pub slots_per_level: u32,
-    pub spare_too: u32,
+    pub window_cells: u32,
     pub vertex_capacity: u32,
     pub index_capacity: u32,
     pub shifted_levels: u32,
@@ -63,7 +64,7 @@ pub struct PatchRecord {
 }
 
 /// Indirect arguments and what the frame needed (`Counters` in WGSL).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 #[allow(missing_docs, reason = "documented beside the WGSL members of the same names")]
 pub struct Counters {
@@ -83,7 +84,11 @@ pub struct Counters {
     pub indices_needed: u32,
     pub patches_visible: u32,
     pub patches_dropped: u32,
+    pub threshold_px: f32,
 }
+
+/// Bit of `outer_sn` that says that factors go by error; spans of uniform ones leave it free.
+const BY_ERROR: u32 = 1 << 31;
 
 impl PatchRecord {
     /// The record of a patch, as the culling pass writes it for a visible one.
@@ -92,7 +97,7 @@ impl PatchRecord {
         let [w, h] = patch.cells();
         let span = |s: OuterSpan| s.from | s.to << 5 | s.log2 << 10;
         let [south, north, west, east] = patch.outer.map(span);
-        Self {
+        let uniform = Self {
             cell: patch.rect.lo,
             shape: w | h << 8 | patch.level << 16 | (patch.kind as u32) << 24 | patch.chart << 28,
             outer_sn: south | north << 16,
@@ -100,6 +105,15 @@ impl PatchRecord {
             first_vertex: 0,
             first_index: 0,
             visible: 1,
+        };
+        let Some(by_error) = patch.by_error else { return uniform };
+        let each =
+            |of: &dyn Fn(usize) -> u32, bits: u32| (0..4).map(|s| of(s) << (s as u32 * bits)).sum::<u32>();
+        let halves = |s: usize| by_error.log2[s][0] | by_error.log2[s][1] << 3;
+        Self {
+            outer_sn: each(&halves, 6) | by_error.step << 24 | BY_ERROR,
+            outer_we: each(&|s| by_error.lost[s], 4),
+            ..uniform
         }
     }
 
@@ -118,19 +132,37 @@ impl PatchRecord {
             if s.to == s.from { OuterSpan::default() } else { s }
         };
         let hi = [self.cell[0] + w as i32, self.cell[1] + h as i32];
+        let by_error = (self.outer_sn & BY_ERROR != 0).then(|| {
+            let half = |s: u32, h: u32| (self.outer_sn >> (s * 6 + h * 3)) & 7;
+            ByError {
+                step: (self.outer_sn >> 24) & 7,
+                log2: [0, 1, 2, 3].map(|s| [half(s, 0), half(s, 1)]),
+                lost: [0, 1, 2, 3].map(|s| (self.outer_we >> (s * 4)) & 15),
+            }
+        });
+        let spans = [self.outer_sn, self.outer_sn >> 16, self.outer_we, self.outer_we >> 16];
         Patch {
             chart: self.shape >> 28,
             level: (self.shape >> 16) & 0xff,
             kind,
             rect: Rect { lo: self.cell, hi },
-            outer: [
-                span(self.outer_sn),
-                span(self.outer_sn >> 16),
-                span(self.outer_we),
-                span(self.outer_we >> 16),
-            ],
+            outer: if by_error.is_some() { Default::default() } else { spans.map(span) },
+            by_error,
         }
     }
+}
+
+/// Limits of a frame's choice of factors (`Choice` in WGSL); members are documented there.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+#[allow(missing_docs, reason = "documented beside the WGSL members of the same names")]
+pub struct GpuChoice {
+    pub half_px: [f32; 2],
+    pub reference_px: f32,
+    pub reference_bin: f32,
+    pub budget: u32,
+    pub bend_m: f32,
+    pub spare: [u32; 2],
 }
 
 /// Control points of all lanes as the GPU reads them: `x | y << 16`, 4 bytes a point.

@@ -12,14 +12,14 @@ pub(crate) mod shaders;
 mod sizes;
 
 pub(crate) use buffers::most_bytes;
-pub use buffers::{Buffers, CurvedBuffers};
+pub use buffers::{Buffers, ByErrorBuffers, CurvedBuffers};
 pub(crate) use curve::packed_charts;
 pub use curve::{GpuChart, GpuCurve, GpuCurveLevel};
 pub use device::{Gpu, GpuError};
-pub use layouts::{Counters, GpuControlQuad, GpuFrame, PatchRecord};
+pub use layouts::{Counters, GpuChoice, GpuControlQuad, GpuFrame, PatchRecord};
 pub use offscreen::Offscreen;
 pub use passes::Variant;
 pub use readback::{GpuMesh, read_buffer};
-pub use shaders::{Ground, ShaderModuleSource, rival_sources, shader_sources};
+pub use shaders::{Ground, ShaderModuleSource, by_error_sources, rival_sources, shader_sources};
 pub(crate) use sizes::bounds_side;
 pub use sizes::{BufferSize, Capacity, Extent, buffer_sizes};

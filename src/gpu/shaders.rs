@@ -109,16 +109,16 @@ pub(crate) const CULL_QUADS_UNBOUNDED: ShaderModuleSource = ShaderModuleSource {
 pub(crate) const COMPACT_PATCHES: ShaderModuleSource = ShaderModuleSource {
     stem: "compact_patches",
     text: text!("compact_patches"),
-    plane: &[],
-    curved: &[],
-    points: &[],
+    plane: &[text!("uniform/edges")],
+    curved: &[text!("uniform/edges")],
+    points: &[text!("uniform/edges")],
 };
 pub(crate) const EXPAND_PATCHES: ShaderModuleSource = ShaderModuleSource {
     stem: "expand_patches",
     text: text!("expand_patches"),
-    plane: &[text!("plane/positions"), text!("plane/put_vertex")],
-    curved: &[text!("curved/positions")],
-    points: &[text!("curved/positions")],
+    plane: &[text!("uniform/edges"), text!("plane/positions"), text!("plane/put_vertex")],
+    curved: &[text!("uniform/edges"), text!("curved/positions")],
+    points: &[text!("uniform/edges"), text!("curved/positions")],
 };
 pub(crate) const DRAW_TERRAIN: ShaderModuleSource = ShaderModuleSource {
     stem: "draw_terrain",
@@ -127,6 +127,47 @@ pub(crate) const DRAW_TERRAIN: ShaderModuleSource = ShaderModuleSource {
     curved: &[text!("shared/shading"), text!("curved/relief")],
     points: &[text!("shared/shading"), text!("curved/relief")],
 };
+
+// Where factors go by error; positions have none.
+pub(crate) const WISH_FACTORS: ShaderModuleSource = ShaderModuleSource {
+    stem: "wish_factors",
+    text: text!("wish_factors"),
+    plane: &[text!("shared/boxes"), text!("plane/bounds"), text!("factors/blocks"), text!("plane/deviate")],
+    curved: &[
+        text!("shared/boxes"),
+        text!("curved/bounds"),
+        text!("factors/blocks"),
+        text!("curved/deviate"),
+    ],
+    points: &[],
+};
+pub(crate) const WEIGH_FACTORS: ShaderModuleSource = ShaderModuleSource {
+    stem: "weigh_factors",
+    text: text!("weigh_factors"),
+    plane: &[text!("factors/blocks")],
+    curved: &[text!("factors/blocks")],
+    points: &[],
+};
+pub(crate) const SET_FACTORS: ShaderModuleSource =
+    ShaderModuleSource { stem: "set_factors", text: text!("set_factors"), ..WEIGH_FACTORS };
+pub(crate) const COMPACT_PATCHES_BY_ERROR: ShaderModuleSource = ShaderModuleSource {
+    plane: &[text!("factors/edges")],
+    curved: &[text!("factors/edges")],
+    points: &[],
+    ..COMPACT_PATCHES
+};
+pub(crate) const EXPAND_PATCHES_BY_ERROR: ShaderModuleSource = ShaderModuleSource {
+    plane: &[text!("factors/edges"), text!("plane/positions"), text!("plane/put_vertex")],
+    curved: &[text!("factors/edges"), text!("curved/positions")],
+    points: &[],
+    ..EXPAND_PATCHES
+};
+
+/// Modules of scenes whose factors go by error; none for positions.
+#[must_use]
+pub fn by_error_sources() -> [ShaderModuleSource; 5] {
+    [WISH_FACTORS, WEIGH_FACTORS, SET_FACTORS, COMPACT_PATCHES_BY_ERROR, EXPAND_PATCHES_BY_ERROR]
+}
 
 /// Vertex stages of rivals before the draw's own fragments; planes only.
 pub(crate) const RIVAL_MESH: ShaderModuleSource = ShaderModuleSource {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::curve::{GpuChart, GpuCurve};
-use super::layouts::{Counters, GpuControlQuad, GpuFrame, PatchRecord};
+use super::layouts::{Counters, GpuChoice, GpuControlQuad, GpuFrame, PatchRecord};
 use super::shaders::Ground;
 use crate::clipmap::ClipmapShape;
 use crate::quads::{CONTROL_POINTS, PATCH_CELLS, QUADS_PER_LEVEL, slots_per_level};
@@ -24,8 +24,8 @@ impl Capacity {
     /// one chart's room is ample, and a reported overflow makes it grow all the same.
     #[must_use]
     pub fn worst_case(shape: ClipmapShape, charts: u32) -> Self {
-        let cells = u64::from(shape.n() - 1).pow(2);
-        let ring = cells - u64::from(2 * shape.m() + 1).pow(2);
+        let cells = u64::from(shape.cells()).pow(2);
+        let ring = cells - u64::from(2 * shape.m() + shape.unit()).pow(2);
         let all = cells + ring * u64::from(shape.levels() - 1);
         let slots = u64::from(slots_per_level(shape) * shape.levels());
         // A patch adds one row and column of vertices and at most one doubled cell a side: 4 x 16.
@@ -38,6 +38,24 @@ impl Capacity {
                     * u64::from(charts.min(3)),
             ),
         }
+    }
+
+    /// Room for what factors by error draw. Sides may have 32 segments, twice what doubling makes; under a budget
+    /// the mesh has no more triangles than that, or than its coarsest form, whose patches have two triangles and
+    /// sides of at most four segments. Where voids keep patches from being coarse, the budget may not be met.
+    #[must_use]
+    pub fn by_error(shape: ClipmapShape, charts: u32, budget: Option<u32>, has_voids: bool) -> Self {
+        let most = Self::worst_case(shape, charts);
+        let slots = slots_per_level(shape) * shape.levels() * charts.min(3);
+        let all = Self {
+            vertices: most.vertices.saturating_add(slots.saturating_mul(2 * PATCH_CELLS)),
+            indices: most.indices.saturating_add(3 * slots.saturating_mul(2 * PATCH_CELLS)),
+        };
+        let Some(budget) = budget.filter(|_| !has_voids) else { return all };
+        let triangles = budget.saturating_add(slots.saturating_mul(18));
+        // A grid of t triangles has at most t + 2 vertices.
+        let vertices = triangles.saturating_add(2 * slots);
+        Self { vertices: all.vertices.min(vertices), indices: all.indices.min(triangles.saturating_mul(3)) }
     }
 
     /// What of it fits into buffers of at most `most` bytes.
@@ -62,14 +80,22 @@ pub struct Extent {
     pub short: bool,
     /// Blocks of samples have bounds.
     pub bounds: bool,
+    /// Patches are divided by their deviation.
+    pub by_error: bool,
     /// Cells of a block of the base surface, a power of two.
     pub block_cells: u32,
 }
 
 impl Extent {
     /// A plane with samples of four bytes.
-    pub const PLANE: Self =
-        Self { ground: Ground::Plane, charts: 1, short: false, bounds: true, block_cells: 16 };
+    pub const PLANE: Self = Self {
+        ground: Ground::Plane,
+        charts: 1,
+        short: false,
+        bounds: true,
+        by_error: false,
+        block_cells: 16,
+    };
 
     /// Bytes of a sample in a window.
     #[must_use]
@@ -154,6 +180,15 @@ pub fn buffer_sizes(shape: ClipmapShape, extent: Extent, capacity: Capacity) -> 
     if extent.ground == Ground::Curved {
         let records = u64::from(extent.record_side(shape)).pow(2);
         sizes.push(("records", lanes * records * RECORD_WORDS as u64 * 16));
+    }
+    if extent.by_error {
+        let blocks = lanes * u64::from((shape.n() + 1) / PATCH_CELLS).pow(2);
+        sizes.extend([
+            ("choice", size_of::<GpuChoice>() as u64),
+            ("deviations", blocks * 12),
+            ("wishes", blocks * 4),
+            ("weights", 256 * 4),
+        ]);
     }
     sizes.into_iter().map(|(name, bytes)| BufferSize { name, bytes: bytes.max(16) }).collect()
 }

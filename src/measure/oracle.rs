@@ -31,20 +31,7 @@ pub struct Named {
 pub fn patch_nodes(windows: &ChartWindows, patch: &Patch) -> Vec<Node> {
     let chart = patch.chart as usize;
     let lattice = windows.charts[chart].lattice;
-    let [w, h] = patch.cells().map(|v| i32::try_from(v).unwrap_or(i32::MAX));
-    let at = |x: i32, y: i32| lattice.base(patch.level, [patch.rect.lo[0] + x, patch.rect.lo[1] + y]);
-    let mut out: Vec<[i32; 2]> = (0..=h).flat_map(|y| (0..=w).map(move |x| at(x, y))).collect();
-    for (side, span) in patch.outer.iter().enumerate() {
-        for cell in span.from..span.to {
-            let cell = i32::try_from(cell).unwrap_or(i32::MAX);
-            for t in 1..1_i32 << span.log2 {
-                let mut p = [at(cell, 0), at(cell, h), at(0, cell), at(w, cell)][side];
-                p[side / 2] += (t << patch.level) >> span.log2;
-                out.push(p);
-            }
-        }
-    }
-    out.into_iter().map(|base| Node { chart, base }).collect()
+    patch.bases(lattice).into_iter().map(|base| Node { chart, base }).collect()
 }
 
 /// The node and level that own what a patch of `level` shows at `node`.

@@ -19,6 +19,8 @@ pub struct FrameUpload {
     pub sample_bytes: u64,
     /// Bytes of records of a curved base surface.
     pub surface_bytes: u64,
+    /// Bytes of blocks' deviations and of the limits factors go by.
+    pub factor_bytes: u64,
     /// Vertices sent; ours sends none, ever.
     pub vertices: u64,
     /// Bytes of vertices sent.
@@ -51,6 +53,8 @@ pub struct UploadLedger {
     pub height_bytes_bound: u64,
     /// Records of a curved base surface after the first frame, bytes.
     pub surface_bytes: u64,
+    /// Deviations and limits that factors by error need, after the first frame, bytes.
+    pub factor_bytes: u64,
     /// Vertex data sent by the CPU after the first frame, bytes; of ours none, ever.
     pub vertex_bytes: u64,
     /// Index data sent by the CPU after the first frame, bytes; of ours none, ever.
@@ -88,6 +92,7 @@ impl UploadLedger {
             self.height_bytes += frame.height_bytes;
             self.height_bytes_bound += frame.height_bound_samples * frame.sample_bytes;
             self.surface_bytes += frame.surface_bytes;
+            self.factor_bytes += frame.factor_bytes;
             self.vertices += frame.vertices;
             self.vertex_bytes += frame.vertex_bytes;
             self.index_bytes += frame.index_bytes;

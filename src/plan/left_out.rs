@@ -54,6 +54,16 @@ pub(super) fn left_out(
         "nodata",
         "the data has no voids (or they were filled): no triangle is tested".into(),
     );
+    leave(
+        !variant.by_error,
+        "factors by error",
+        "not asked for (--pixel-error, --budget): no deviations are measured or sent, no pass chooses".into(),
+    );
+    leave(
+        variant.by_error && !variant.budget,
+        "triangle budget",
+        "not asked for (--budget): no triangles are weighed".into(),
+    );
     leave(!variant.morph, "geomorph", "not asked for (--morph)".into());
     let tint = "tint and fog";
     leave(scene.color != ColorMode::Shaded, tint, "only the shaded colouring has them".into());

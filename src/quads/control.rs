@@ -44,13 +44,15 @@ pub struct ControlQuad {
 /// The lines of the layout, in cells from the window's origin (Song et al. 2016, Fig. 1).
 fn lines(shape: ClipmapShape) -> [u32; 6] {
     let m = shape.m();
-    [0, m, 2 * m, 2 * m + 2, 3 * m + 2, 4 * m + 2]
+    let u = shape.unit();
+    [0, m, 2 * m, 2 * m + 2 * u, 3 * m + 2 * u, 4 * m + 2 * u]
 }
 
 /// The lines an L block needs: the hole's border and one cell inside it.
 fn l_lines(shape: ClipmapShape) -> [u32; 4] {
     let m = shape.m();
-    [m, m + 1, 3 * m + 1, 3 * m + 2]
+    let u = shape.unit();
+    [m, m + u, 3 * m + u, 3 * m + 2 * u]
 }
 
 fn is_outer_point(x: usize, y: usize) -> bool {

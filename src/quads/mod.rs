@@ -2,10 +2,12 @@
 //!
 //! Pure geometry, no heights and no GPU. Song et al. 2016, sections 3.1 to 3.3.
 
+mod by_error;
 mod control;
 mod factors;
 mod patches;
 
+pub use by_error::{Beyond, ByError, beyond, by_error, most_step};
 pub use control::{
     BlockKind, CONTROL_POINTS, ControlQuad, FOOTPRINT_POINTS, L_FIRST, L_QUADS, QUADS_PER_LEVEL,
     control_points, control_quads, l_quads,

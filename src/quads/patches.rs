@@ -1,7 +1,9 @@
 //! Patches: pieces of control quads of at most 16 x 16 cells, clipped to the data.
 
-use super::{BlockKind, ControlQuad, OuterSpan, chart_spans, control_points, control_quads, outer_spans};
-use crate::clipmap::{ChartWindows, ClipmapShape, Rect, Windows};
+use super::{
+    BlockKind, ByError, ControlQuad, OuterSpan, chart_spans, control_points, control_quads, outer_spans,
+};
+use crate::clipmap::{ChartWindows, ClipmapShape, Lattice, Rect, Windows};
 
 /// Cells per side of a patch: the unit of culling, expansion and drawing.
 pub const PATCH_CELLS: u32 = 16;
@@ -17,8 +19,10 @@ pub struct Patch {
     pub kind: BlockKind,
     /// Its corners in the level's lattice; always at least one cell.
     pub rect: Rect,
-    /// Divisions of the south, north, west and east sides.
+    /// Divisions of the south, north, west and east sides, where factors are uniform.
     pub outer: [OuterSpan; 4],
+    /// Step and divisions where they go by error.
+    pub by_error: Option<ByError>,
 }
 
 impl Patch {
@@ -28,22 +32,83 @@ impl Patch {
         [0, 1].map(|a| self.rect.hi[a].abs_diff(self.rect.lo[a]))
     }
 
+    /// log2 of the cells a step of its own grid spans.
+    #[must_use]
+    pub fn step(&self) -> u32 {
+        self.by_error.map_or(0, |b| b.step)
+    }
+
+    /// Steps east and north; the last one may be cut by the data's border.
+    #[must_use]
+    pub fn steps(&self) -> [u32; 2] {
+        self.cells().map(|c| c.div_ceil(1 << self.step()))
+    }
+
+    /// Segments of step `at` of a side.
+    #[must_use]
+    pub fn segments(&self, side: usize, at: u32) -> u32 {
+        match &self.by_error {
+            None => self.outer[side].segments(at),
+            Some(b) => b.segments(side, at, self.steps()[side / 2]),
+        }
+    }
+
+    /// log2 of the segments a whole step has where step `at` of a side lies.
+    #[must_use]
+    pub fn segments_log2(&self, side: usize, at: u32) -> u32 {
+        match &self.by_error {
+            None => self.outer[side].log2,
+            Some(b) => b.log2_at(side, at),
+        }
+    }
+
+    /// Vertices that the divisions of a side add before step `at`.
+    #[must_use]
+    pub fn extra_before(&self, side: usize, at: u32) -> u32 {
+        (0..at).map(|k| self.segments(side, k) - 1).sum()
+    }
+
+    /// Base samples of its vertices in the order of its expansion: the grid, then those that the south, north, west
+    /// and east sides add.
+    #[must_use]
+    pub fn bases(&self, lattice: Lattice) -> Vec<[i32; 2]> {
+        let fit = |v: u32| i32::try_from(v).unwrap_or(i32::MAX);
+        let cells = self.cells();
+        let corner = |at: [u32; 2]| {
+            let node = [0, 1].map(|a| self.rect.lo[a] + fit((at[a] << self.step()).min(cells[a])));
+            lattice.base(self.level, node)
+        };
+        let [w, h] = self.steps();
+        let mut out: Vec<[i32; 2]> = (0..=h).flat_map(|y| (0..=w).map(move |x| [x, y])).map(corner).collect();
+        for side in 0..4 {
+            for at in 0..self.steps()[side / 2] {
+                let start = corner([[at, 0], [at, h], [0, at], [w, at]][side]);
+                for t in 1..self.segments(side, at) {
+                    let mut p = start;
+                    p[side / 2] += fit(t << (self.level + self.step()) >> self.segments_log2(side, at));
+                    out.push(p);
+                }
+            }
+        }
+        out
+    }
+
     /// Vertices its expansion writes: the grid, then the extra ones of its sides.
     #[must_use]
     pub fn vertex_count(&self) -> u32 {
-        let [w, h] = self.cells();
+        let [w, h] = self.steps();
         (w + 1) * (h + 1) + self.extra()
     }
 
     /// Triangles its expansion writes: two a cell, one more for every extra vertex.
     #[must_use]
     pub fn triangle_count(&self) -> u32 {
-        let [w, h] = self.cells();
+        let [w, h] = self.steps();
         2 * w * h + self.extra()
     }
 
     fn extra(&self) -> u32 {
-        self.outer.iter().map(|s| s.extra()).sum()
+        (0..4).map(|side| self.extra_before(side, self.steps()[side / 2])).sum()
     }
 }
 
@@ -136,7 +201,7 @@ fn patches_with(windows: &Windows, spans: impl Fn(u32, Rect) -> [OuterSpan; 4]) 
                 if rect.has_area() {
                     let outer = spans(level, rect);
                     let slot = level * per_level + first + k;
-                    out.push((slot, Patch { chart: 0, level, kind: quad.kind, rect, outer }));
+                    out.push((slot, Patch { chart: 0, level, kind: quad.kind, rect, outer, by_error: None }));
                 }
             }
         }

@@ -21,34 +21,10 @@ pub struct Expanded {
 /// [`Placement::normal`].
 #[must_use]
 pub fn expand(placement: &Placement, source: &dyn SampleSource, patch: &Patch) -> Expanded {
-    let [w, h] = patch.cells();
+    let [w, h] = patch.steps();
     let mut out = Expanded::default();
     let level = patch.level;
-    let lattice = placement.windows.lattice;
-    let corner = |x: u32, y: u32| {
-        let ix = [patch.rect.lo[0] + x as i32, patch.rect.lo[1] + y as i32];
-        lattice.base(level, ix)
-    };
-    let mut base = Vec::new();
-    for y in 0..=h {
-        for x in 0..=w {
-            base.push(corner(x, y));
-        }
-    }
-    for (side, span) in patch.outer.iter().enumerate() {
-        for cell in span.from..span.to {
-            for t in 1..1_i32 << span.log2 {
-                let mut p = match side {
-                    0 => corner(cell, 0),
-                    1 => corner(cell, h),
-                    2 => corner(0, cell),
-                    _ => corner(w, cell),
-                };
-                p[side / 2] += (t << level) >> span.log2;
-                base.push(p);
-            }
-        }
-    }
+    let base = patch.bases(placement.windows.lattice);
     for p in &base {
         let (position, valid) = placement.position(source, level, *p);
         let packed = level << 24 | (patch.kind as u32) << 29;
@@ -64,11 +40,12 @@ pub fn expand(placement: &Placement, source: &dyn SampleSource, patch: &Patch) -
     out
 }
 
-/// Triangles of one cell: the south and north chains are zipped from west to east, then the first
-/// triangle is fanned over the west edge's points and the last over the east edge's.
+/// Triangles of one step of a patch's grid: the south chain is fanned from the north-west corner, the north one
+/// from the south-east corner; the first triangle is fanned over the west edge's points, the last over the east
+/// edge's. The diagonal stays, so every triangle lies in one half of the cell.
 #[must_use]
 pub fn cell_triangles(patch: &Patch, cell: [u32; 2]) -> Vec<[u32; 3]> {
-    let [w, h] = patch.cells();
+    let [w, h] = patch.steps();
     let [x, y] = cell;
     let south = chain(patch, 0, y == 0, x, [grid(w, x, y), grid(w, x + 1, y)]);
     let north = chain(patch, 1, y + 1 == h, x, [grid(w, x, y + 1), grid(w, x + 1, y + 1)]);
@@ -78,8 +55,7 @@ pub fn cell_triangles(patch: &Patch, cell: [u32; 2]) -> Vec<[u32; 3]> {
     let mut out = Vec::new();
     let (mut i, mut j) = (0, 0);
     for step in 0..sn + nn {
-        // Advance the chain whose next point lies further west; the south one when they tie.
-        let advance_south = j == nn || (i < sn && (i + 1) * nn <= (j + 1) * sn);
+        let advance_south = i < sn;
         let third = if advance_south { south[i + 1] } else { north[j + 1] };
         if step == 0 {
             out.extend(west.windows(2).map(|e| [e[0], third, e[1]]));
@@ -101,13 +77,12 @@ fn grid(w: u32, x: u32, y: u32) -> u32 {
 /// Vertex indices along one edge of a cell, with the extra ones where the edge lies on the patch's
 /// border and is divided.
 fn chain(patch: &Patch, side: usize, on_border: bool, cell: u32, ends: [u32; 2]) -> Vec<u32> {
-    let [w, h] = patch.cells();
-    let span = patch.outer[side];
+    let [w, h] = patch.steps();
     let mut out = vec![ends[0]];
-    if on_border && span.segments(cell) > 1 {
-        let before: u32 = patch.outer[..side].iter().map(|s| s.extra()).sum();
-        let first = (w + 1) * (h + 1) + before + span.extra_before(cell);
-        out.extend((0..span.segments(cell) - 1).map(|t| first + t));
+    if on_border && patch.segments(side, cell) > 1 {
+        let before: u32 = (0..side).map(|s| patch.extra_before(s, patch.steps()[s / 2])).sum();
+        let first = (w + 1) * (h + 1) + before + patch.extra_before(side, cell);
+        out.extend((0..patch.segments(side, cell) - 1).map(|t| first + t));
     }
     out.push(ends[1]);
     out

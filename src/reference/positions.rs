@@ -92,10 +92,10 @@ impl Placement {
 
     /// 0 in the middle of the window, 1 at its perimeter (Losasso and Hoppe 2004, section 5).
     pub(crate) fn morph_weight(&self, level: u32, base: [i32; 2]) -> f32 {
-        let cells = (self.windows.shape.n() - 1) as f32;
+        let cells = self.windows.shape.cells() as f32;
         let width = cells * 0.1;
-        // The camera may stand three cells off the window's centre: the weight is 1 before the border.
-        let start = cells * 0.5 - 3.0 - width;
+        // The camera may stand three units off the window's centre: the weight is 1 before the border.
+        let start = cells * 0.5 - 3.0 * self.windows.shape.unit() as f32 - width;
         let scale = 1.0 / (1_u32 << level) as f32;
         let away = [0, 1].map(|a| (((base[a] - self.anchor[a]) as f32 - self.eye_samples[a]) * scale).abs());
         ((away[0].max(away[1]) - start) / width).clamp(0.0, 1.0).max(self.fades[level as usize])

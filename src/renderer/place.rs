@@ -86,7 +86,7 @@ fn away_from_plane(terrain: &Terrain, camera: &Camera) -> f64 {
 fn finest_for(terrain: &Terrain, shape: ClipmapShape, camera: &Camera, away_m: f64) -> u32 {
     let spacing = terrain.spacing_m[0].max(terrain.spacing_m[1]);
     let picture_m = 2.0 * away_m * (camera.fov_deg.to_radians() * 0.5).tan();
-    let window_m = |l: u32| f64::from(shape.n() - 1) * spacing * f64::from(1_u32 << l);
+    let window_m = |l: u32| f64::from(shape.cells()) * spacing * f64::from(1_u32 << l);
     let mut level = 0;
     while level + 1 < shape.levels() && window_m(level) < LEAST_WINDOW * picture_m {
         level += 1;

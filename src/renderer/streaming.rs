@@ -96,14 +96,14 @@ impl Renderer {
         };
         let Some(streaming) = source.streaming() else { return target };
         let now = Instant::now();
-        self.stream.follow(target.centres[0], f64::from(self.shape.n() - 1), now);
+        self.stream.follow(target.centres[0], f64::from(self.shape.cells()), now);
         target.charts[0].sleeps = true;
         let own = &target.charts[0];
         streaming.wish(&self.wishes(&target));
 
         // From the coarsest on, as far as samples and the upload budget of this frame reach.
         let sample_bytes = self.plan.variant.extent().staged_bytes();
-        let window_bytes = u64::from(self.shape.n()).pow(2) * sample_bytes;
+        let window_bytes = (u64::from(self.shape.cells()) + 1).pow(2) * sample_bytes;
         let budget = streaming.upload_bytes_per_frame().max(2 * window_bytes);
         let mut spent = 0;
         let mut finest = levels;
@@ -152,7 +152,7 @@ impl Renderer {
     /// The window whose samples a level holds on the GPU.
     pub(super) fn held_window(&self, chart: usize, level: u32) -> Option<Rect> {
         let lo = (*self.resident.get(chart)?.get(level as usize)?)?;
-        let side = i32::try_from(self.shape.n()).unwrap_or(i32::MAX) - 1;
+        let side = i32::try_from(self.shape.cells()).unwrap_or(i32::MAX);
         Some(Rect { lo, hi: [lo[0] + side, lo[1] + side] })
     }
 

@@ -85,7 +85,7 @@ impl Renderer {
                 };
                 // What is sent twice because it came late is not the shift's doing.
                 if !(self.stream.refreshes && level + 1 == self.shape.levels()) {
-                    upload.height_bound_samples += height_bound(self.shape.n(), moved(0), moved(1));
+                    upload.height_bound_samples += height_bound(self.shape.cells() + 1, moved(0), moved(1));
                 }
                 shifted.push((chart, level));
             }
@@ -195,7 +195,7 @@ impl Renderer {
             finest: first.finest,
             n: self.shape.n(),
             slots_per_level: slots_per_level(self.shape),
-            spare_too: 0,
+            window_cells: self.shape.cells(),
             vertex_capacity: self.buffers.capacity.vertices,
             index_capacity: self.buffers.capacity.indices,
             shifted_levels: shifted.iter().filter(|(c, _)| *c == 0).fold(0, |bits, (_, l)| bits | 1 << l),

@@ -13,7 +13,7 @@ use tessclip::report::{CrackReport, FrameRow, Report, SceneFacts, write_report};
 use tessclip::{Renderer, Scene, Target, Terrain};
 
 use super::super::paths::Course;
-use super::super::picture::draw_whole;
+use super::super::picture::{draw_whole, warn_of_budget};
 use super::{cracks, memory};
 
 /// A flight to measure.
@@ -229,6 +229,9 @@ impl Flight<'_> {
         if let Some(counters) = &counters {
             log.dropped_patches += u64::from(counters.patches_dropped);
             renderer.grow(counters)?;
+            if frame + 1 == frames {
+                warn_of_budget(renderer, counters);
+            }
         }
         log.ledger.add(&upload);
         let counted = |of: fn(&Counters) -> u32| counters.as_ref().map(of);

@@ -67,8 +67,8 @@ pub struct Args {
 
 pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
     let file = SceneFile::of(&args.terrain.terrain)?;
+    let mut scene = args.look.apply(args.shape.scene(&file)?, &file);
     let terrain = args.terrain.over(&file).open()?;
-    let mut scene = args.look.apply(args.shape.scene(&file), &file);
     if args.cracks > 0 {
         scene.background = cracks::BACKGROUND;
         scene.fog = false;

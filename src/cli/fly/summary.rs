@@ -1,8 +1,8 @@
 //! What a flight comes to: the run of the report, and one line of it.
 
-use tessclip::Renderer;
 use tessclip::measure::FrameStatistics;
 use tessclip::report::{FrameRow, Geometry, Memory, Quantiles, Run, StreamReport, TeleportWaits};
+use tessclip::{Factors, Renderer};
 
 use super::flight::{Flight, Log};
 use super::{memory, window_m};
@@ -18,6 +18,7 @@ impl Flight<'_> {
         let shape = renderer.shape();
         let (path, tempo) = (&self.course.path, self.course.tempo);
         let window_m = window_m(shape.n(), self.terrain);
+        let (factors, pixel_error, budget) = factors_told(self.scene.factors);
         let mut invalid_because = Vec::new();
         if log.dropped_patches > 0 {
             invalid_because.push(format!("{} patches were dropped for want of room", log.dropped_patches));
@@ -29,6 +30,7 @@ impl Flight<'_> {
             params: serde_json::json!({
                 "n": shape.n(), "levels": shape.levels(), "morph": self.scene.morph, "cull": self.scene.cull,
                 "speed": tempo.speed_m_s.map(|v| v / window_m), "hz": tempo.hz, "wait": self.wait,
+                "factors": factors, "pixel_error": pixel_error, "budget": budget,
             }),
             frames: rows.len(),
             devices_lost: log.devices_lost,
@@ -74,6 +76,17 @@ impl Flight<'_> {
     }
 }
 
+/// Kind, pixels and triangles of the factors.
+fn factors_told(factors: Factors) -> (&'static str, Option<f64>, Option<u32>) {
+    match factors {
+        Factors::Uniform => ("uniform", None, None),
+        // By way of its shortest digits: 0.1 as a wider float would be reported as 0.10000000149011612.
+        Factors::ByError { pixel_error, budget } => {
+            ("error", pixel_error.and_then(|p| p.to_string().parse().ok()), budget)
+        }
+    }
+}
+
 /// A run in one line.
 pub fn one_line(run: &Run) -> String {
     let figure = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.2}"));
@@ -108,4 +121,18 @@ pub fn one_line(run: &Run) -> String {
         line += " (NOT VALID)";
     }
     line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factors_are_told_as_they_were_given() {
+        assert_eq!(factors_told(Factors::Uniform), ("uniform", None, None));
+        let by_error = Factors::ByError { pixel_error: Some(0.1), budget: None };
+        assert_eq!(factors_told(by_error), ("error", Some(0.1), None));
+        let by_budget = Factors::ByError { pixel_error: None, budget: Some(200_000) };
+        assert_eq!(factors_told(by_budget), ("error", None, Some(200_000)));
+    }
 }

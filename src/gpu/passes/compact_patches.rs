@@ -8,7 +8,9 @@ const PLANE: [u32; 4] = [binding::FRAME, binding::PATCHES, binding::VISIBLE_SLOT
 const CURVED: [u32; 1] = [binding::CURVE];
 
 pub(crate) const SPEC: PassSpec = PassSpec {
-    source: |_| shaders::COMPACT_PATCHES,
+    source: |variant| {
+        if variant.by_error { shaders::COMPACT_PATCHES_BY_ERROR } else { shaders::COMPACT_PATCHES }
+    },
     needed: |_| true,
     runs: EVERY_FRAME,
     constants: |_| Vec::new(),

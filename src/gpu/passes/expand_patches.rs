@@ -16,7 +16,9 @@ const PLANE: [u32; 6] = [
 const CURVED: [u32; 4] = [binding::CURVE, binding::CHARTS, binding::ANCHORS, binding::SHADES];
 
 pub(crate) const SPEC: PassSpec = PassSpec {
-    source: |_| shaders::EXPAND_PATCHES,
+    source: |variant| {
+        if variant.by_error { shaders::EXPAND_PATCHES_BY_ERROR } else { shaders::EXPAND_PATCHES }
+    },
     needed: |_| true,
     runs: EVERY_FRAME,
     constants: |variant| {

@@ -6,7 +6,10 @@ pub(crate) mod cull_quads;
 pub(crate) mod displace_samples;
 pub(crate) mod draw_terrain;
 pub(crate) mod expand_patches;
+pub(crate) mod set_factors;
 pub(crate) mod spec;
+pub(crate) mod weigh_factors;
+pub(crate) mod wish_factors;
 
 use self::spec::{Dispatch, FrameWork, PassSpec};
 use super::Buffers;
@@ -33,6 +36,10 @@ pub(crate) mod binding {
     pub const ANCHORS: u32 = 14;
     pub const SHADES: u32 = 15;
     pub const RECORDS: u32 = 16;
+    pub const CHOICE: u32 = 17;
+    pub const DEVIATIONS: u32 = 18;
+    pub const WISHES: u32 = 19;
+    pub const WEIGHTS: u32 = 20;
 }
 
 /// Which variant of the shaders a scene needs; everything else is not compiled, bound, allocated or run.
@@ -58,6 +65,10 @@ pub struct Variant {
     pub normals: bool,
     /// Shaded colours fade into fog.
     pub fog: bool,
+    /// Patches are divided by their deviation, not all alike.
+    pub by_error: bool,
+    /// The threshold of that is found under a budget of triangles.
+    pub budget: bool,
     /// Triangle edges are drawn.
     pub wireframe: bool,
     /// Colouring.
@@ -81,6 +92,7 @@ impl Variant {
             charts: self.charts,
             short: self.short,
             bounds: self.bounds,
+            by_error: self.by_error,
             block_cells: self.block_cells,
         }
     }

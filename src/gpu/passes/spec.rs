@@ -56,10 +56,13 @@ pub(crate) const EVERY_FRAME: &str = "every frame";
 pub(crate) const ON_SHIFT: &str = "when a window moved";
 
 /// All passes in the order of the frame.
-pub(crate) const PASSES: [PassSpec; 6] = [
+pub(crate) const PASSES: [PassSpec; 9] = [
     super::displace_samples::SPEC,
     super::bound_blocks::SPEC,
     super::cull_quads::SPEC,
+    super::wish_factors::SPEC,
+    super::weigh_factors::SPEC,
+    super::set_factors::SPEC,
     super::compact_patches::SPEC,
     super::expand_patches::SPEC,
     super::draw_terrain::SPEC,
@@ -84,6 +87,10 @@ pub(crate) fn binding_name(number: u32) -> &'static str {
         binding::CHARTS => "charts",
         binding::RECORDS => "records",
         binding::ANCHORS => "anchors",
+        binding::CHOICE => "choice",
+        binding::DEVIATIONS => "deviations",
+        binding::WISHES => "wishes",
+        binding::WEIGHTS => "weights",
         _ => "shades",
     }
 }
