@@ -65,6 +65,15 @@ fn bad_input_is_refused_in_one_line() {
     refused(&["render", "procedural:plain", "--camera", "1,2,NaN,0,0", "-o", out], &["NaN"]);
     refused(&["render", "procedural:plain", "--camera", "1,2,3", "-o", out], &["3 numbers"]);
     refused(&["render", "procedural:plain", "--fov", "180", "-o", out], &["180"]);
+    refused(
+        &["render", "procedural:plain", "--pixel-error", "0", "-o", out],
+        &["--pixel-error", "0.05 to 100"],
+    );
+    refused(&["plan", "procedural:plain", "--n", "63", "--budget", "5000"], &["--n 63", "127 samples"]);
+    refused(
+        &["plan", "procedural:plain", "--factors", "uniform", "--budget", "5000"],
+        &["--budget", "uniform"],
+    );
     refused(&["render", "procedural:plain", "-o", "/no/such/folder/x.png"], &["/no/such/folder"]);
     refused(&["footprints", "--n", "64"], &["64"]);
     assert!(!Path::new(out).exists());
@@ -168,7 +177,7 @@ fn a_comparison_writes_a_report_that_says_what_it_is() {
             .expect("json");
     assert_eq!(json["schema"], "tessclip-report/1");
     let rows = json["comparison"]["paths"][0]["methods"].as_array().expect("methods");
-    assert_eq!(rows.len(), 9);
+    assert_eq!(rows.len(), tessclip::rivals::Method::ALL.len());
     for row in rows {
         let method = row["method"].as_str().expect("a name");
         assert_eq!(row["frames"], 50, "{method}");
@@ -192,12 +201,12 @@ fn a_comparison_writes_a_report_that_says_what_it_is() {
         let px = row["error"]["px"]["max"].as_f64().expect("a number");
         assert_eq!(px < 0.01, method == "brute-force", "{method}: {px}");
     }
-    assert_eq!(json["runs"].as_array().map(Vec::len), Some(9));
+    assert_eq!(json["runs"].as_array().map(Vec::len), Some(tessclip::rivals::Method::ALL.len()));
     let html = std::fs::read_to_string(dir.path().join("report.html")).expect("written");
     assert!(html.contains("<svg") && !html.contains("http") && !html.contains("<script"));
     let samples = std::fs::read_to_string(dir.path().join("samples.csv")).expect("written");
-    // Ten cases, ours twice, in five rounds of ten frames, and a head.
-    assert_eq!(samples.lines().count(), 1 + 10 * 5 * 10);
+    // Eleven cases, ours twice, in five rounds of ten frames, and a head.
+    assert_eq!(samples.lines().count(), 1 + 11 * 5 * 10);
     // The ledger of a flight is the sum of its frames.
     let heads: Vec<&str> = samples.lines().next().expect("a head").split(',').collect();
     let column = |name: &str| heads.iter().position(|h| *h == name).expect("a column");

@@ -22,7 +22,7 @@ use tessclip::{Camera, Prefilter, Scene, Target, Terrain};
 const SIZE: [u32; 2] = [480, 270];
 
 fn detail() -> Detail {
-    Detail { n: 31, levels: None, pixel_error: 2.0, patch_cells: 16 }
+    Detail { n: 31, pixel_error: 2.0, error_n: 127, ..Detail::default() }
 }
 
 /// Magenta background, no fog: what no terrain shows.
@@ -204,15 +204,72 @@ fn brute_force_scores_zero() {
     assert_eq!((e.vertical_m.max, e.px.max), (Some(0.0), Some(0.0)));
 }
 
+/// A smooth ridge of 513 x 513 samples on a flat plane, seen whole.
+#[test]
+#[cfg_attr(tessclip_no_gpu, ignore)]
+fn a_smooth_ridge_takes_few_triangles() {
+    let gpu = common::gpu();
+    let side = 513;
+    let ridge = |k: usize| {
+        let [x, y] = [k % side, k / side].map(|v| (v as f64 - 256.0) / 256.0);
+        // A crest that bends, as high as a fifth of the extent is wide, and fades towards its ends.
+        let off = (y - 0.15 * (3.0 * x).sin()) / 0.12;
+        (1_000.0 * (-off * off).exp() * (1.0 - x * x).max(0.0)) as f32
+    };
+    let mut grid = HeightGrid::new(side, side, (0..side * side).map(ridge).collect()).unwrap();
+    grid.spacing_m = [10.0; 2];
+    let terrain = Terrain::new(&grid, Prefilter::default());
+    let lab = lab(&gpu, &terrain, true);
+    let ground = lab.ground().unwrap().clone();
+    let size = [1280, 720];
+    let camera = terrain.overview(60.0);
+    let target = Offscreen::new(&gpu.device, size).unwrap();
+    let frame = |method, detail: &Detail| {
+        let mut rival = lab.make(method, detail).unwrap();
+        rival.prepare(&camera, size).unwrap();
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        rival.record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true });
+        gpu.queue.submit([encoder.finish()]);
+        rival
+    };
+    drop(frame(Method::BruteForce, &detail()));
+    let depth = target.read_depth(&gpu.device, &gpu.queue).unwrap();
+    let view = TrueView::of(&terrain, &ground, &camera, size, &depth);
+    let worst = |mesh: &DrawnMesh| {
+        let mut sums = ErrorSums::default();
+        sums.add(&ground, &terrain, &view, &DrawnHeights::of(&terrain, &ground, mesh));
+        (mesh.triangles.len(), sums.report().px.max.unwrap())
+    };
+    let budget = Detail { error_n: 1023, pixel_error: 0.01, budget: Some(8_192), ..detail() };
+    let ours = worst(&frame(Method::ByError, &budget).read_mesh().unwrap());
+    // The uniform grid of as many triangles: every eighth sample.
+    let steps = side / 8;
+    let mut even = DrawnMesh { anchor_m: [0.0; 3], positions: Vec::new(), triangles: Vec::new() };
+    for y in 0..=steps {
+        for x in 0..=steps {
+            let h = grid.heights_m[8 * y * side + 8 * x];
+            even.positions.push([80.0 * x as f32, 80.0 * y as f32, h]);
+            if x < steps && y < steps {
+                let sw = (y * (steps + 1) + x) as u32;
+                let (se, nw, ne) = (sw + 1, sw + steps as u32 + 1, sw + steps as u32 + 2);
+                even.triangles.extend([[sw, se, nw], [se, ne, nw]]);
+            }
+        }
+    }
+    let even = worst(&even);
+    eprintln!("ridge: ours {ours:?}, uniform {even:?} (triangles, px)");
+    assert!(ours.0 <= 8_192 && ours.1 < 1.0 && even.0 == 8_192 && even.1 > 2.0);
+}
+
 #[test]
 #[cfg_attr(tessclip_no_gpu, ignore)]
 fn error_driven_methods_keep_near_their_threshold() {
     let gpu = common::gpu();
     let terrain = odd_terrain();
     let lab = lab(&gpu, &terrain, true);
-    for method in [Method::Geomipmap, Method::Chunked, Method::Roam] {
+    for method in [Method::Geomipmap, Method::Chunked, Method::Roam, Method::ByError] {
         let at = |pixel_error: f64| {
-            let e = errors(&gpu, &lab, &terrain, method, &Detail { pixel_error, ..detail() });
+            let e = errors(&gpu, &lab, &terrain, method, &Detail { pixel_error, error_n: 1023, ..detail() });
             (e.px.p99.unwrap(), e.px.max.unwrap())
         };
         let (fine, coarse) = (at(0.5), at(8.0));
@@ -220,7 +277,10 @@ fn error_driven_methods_keep_near_their_threshold() {
         assert!(fine.0 <= 0.5 && coarse.0 <= 8.0 && fine.0 < coarse.0, "{}", method.name());
         // ROAM's variance is no bound. The others' errors are, but of whole patches: a cell that is stitched to
         // another patch has other triangles.
-        if method != Method::Roam {
+        if method == Method::ByError {
+            // A true bound, however sides are divided, where the window holds level 0 to the horizon.
+            assert!(fine.1 <= 0.5 && coarse.1 <= 8.0, "{fine:?} {coarse:?}");
+        } else if method != Method::Roam {
             assert!(fine.1 <= 1.0 && coarse.1 <= 16.0, "{}: {fine:?} {coarse:?}", method.name());
         }
     }
@@ -261,7 +321,7 @@ fn what_a_method_cannot_do_is_said_in_one_line() {
     let lab = lab(&gpu, &terrain, true);
     for method in Method::ALL {
         let made = lab.make(method, &detail());
-        let ours = matches!(method, Method::Tessellated | Method::AllPatches);
+        let ours = matches!(method, Method::Tessellated | Method::ByError | Method::AllPatches);
         match made {
             Ok(_) => assert!(ours, "{} has no rule for voids", method.name()),
             Err(why) => assert!(!ours && why.to_string().contains("voids"), "{}: {why}", method.name()),

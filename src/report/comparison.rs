@@ -105,7 +105,10 @@ impl MethodRow {
         let frames = self.frames as f64 / self.rounds_ms.len().max(1) as f64;
         let over = |bytes: u64, frames: f64| bytes as f64 / frames.max(1.0);
         UploadPerFrame {
-            control_bytes: over(self.upload.control_bytes + self.upload.surface_bytes, frames),
+            control_bytes: over(
+                self.upload.control_bytes + self.upload.surface_bytes + self.upload.factor_bytes,
+                frames,
+            ),
             // The ledger counts the first frame's, too, which is no frame of the flight.
             uniform_bytes: over(self.upload.uniform_bytes, frames + 1.0),
             height_bytes: over(self.upload.height_bytes, frames),

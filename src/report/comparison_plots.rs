@@ -34,6 +34,7 @@ pub(super) struct Figure {
 fn color(method: &str) -> &'static str {
     match method {
         OURS => "#d55e00",
+        "tessellated-by-error" => "#a50026",
         "tessellated-vertex-stage" => "#cc79a7",
         "tessellated-all-patches" => "#888888",
         "classic" => "#0072b2",
@@ -344,7 +345,7 @@ mod tests {
         assert_eq!(color(crate::rivals::Method::Tessellated.name()), "#d55e00");
         colors.sort_unstable();
         colors.dedup();
-        assert_eq!(colors.len(), 9);
+        assert_eq!(colors.len(), crate::rivals::Method::ALL.len());
     }
 
     #[test]

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::stage::Stage;
 use super::{CrackPolicy, Ground, Rival, Unfit};
 use super::{brute_force, chunked, classic, footprint, geomipmap, roam, tessellated};
-use crate::scene::{Scene, Terrain};
+use crate::scene::{Factors, Scene, Terrain};
 
 /// A method of drawing terrain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -26,6 +26,8 @@ pub enum Method {
     Roam,
     /// Ours.
     Tessellated,
+    /// Ours with factors by error.
+    ByError,
     /// Ours with the expansion in the vertex stage.
     VertexStage,
     /// Ours with all patches drawn.
@@ -43,18 +45,24 @@ pub struct Detail {
     pub pixel_error: f64,
     /// Geomipmaps and chunks: cells per side.
     pub patch_cells: u32,
+    /// Ours with factors by error: samples per side of a window, which bounds how far out fine levels reach, not
+    /// how much is drawn.
+    pub error_n: u32,
+    /// The same: most triangles, beside the threshold; none for as many as the threshold asks for.
+    pub budget: Option<u32>,
 }
 
 impl Default for Detail {
-    /// n = 255, one pixel (Brodersen 2005, section 6), 16 cells (17 x 17 vertices, as there).
+    /// n = 255, one pixel (Brodersen 2005, section 6), 16 cells (17 x 17 vertices, as there); n = 511 where
+    /// factors go by error.
     fn default() -> Self {
-        Self { n: 255, levels: None, pixel_error: 1.0, patch_cells: 16 }
+        Self { n: 255, levels: None, pixel_error: 1.0, patch_cells: 16, error_n: 511, budget: None }
     }
 }
 
 impl Method {
     /// All, in the order of reports.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::BruteForce,
         Self::Classic,
         Self::Footprint,
@@ -62,6 +70,7 @@ impl Method {
         Self::Chunked,
         Self::Roam,
         Self::Tessellated,
+        Self::ByError,
         Self::VertexStage,
         Self::AllPatches,
     ];
@@ -77,6 +86,7 @@ impl Method {
             Self::Chunked => "chunked",
             Self::Roam => "roam",
             Self::Tessellated => "tessellated",
+            Self::ByError => "tessellated-by-error",
             Self::VertexStage => "tessellated-vertex-stage",
             Self::AllPatches => "tessellated-all-patches",
         }
@@ -180,6 +190,13 @@ impl Lab {
                 Box::new(made.map_err(|e| failed(&e))?)
             }
             Method::Tessellated => Box::new(tessellated::Tessellated::new(self, &scene)?),
+            Method::ByError => {
+                #[expect(clippy::cast_possible_truncation, reason = "pixels need no more digits")]
+                let pixel_error = Some(detail.pixel_error as f32);
+                let factors = Factors::ByError { pixel_error, budget: detail.budget };
+                let scene = Scene { n: detail.error_n, factors, ..scene };
+                Box::new(tessellated::Tessellated::new(self, &scene)?)
+            }
             Method::VertexStage => Box::new(tessellated::VertexStage::new(self, &scene)?),
             Method::AllPatches => {
                 let scene = Scene { cull: false, ..scene };

@@ -173,6 +173,7 @@ impl Stage {
             anchor: plane.anchor,
             last: self.ground.last(),
             n: self.scene.n,
+            window_cells: self.scene.n - 1,
             ..GpuFrame::zeroed()
         };
         self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));

@@ -84,6 +84,7 @@ fn pattern() -> Vec<u16> {
         kind: BlockKind::M,
         rect: Rect { lo: [0, 0], hi: [cells, cells] },
         outer: [divided; 4],
+        by_error: None,
     };
     let all = (0..PATCH_CELLS).flat_map(|y| (0..PATCH_CELLS).map(move |x| [x, y]));
     // At most 17 x 17 + 64 vertices.

@@ -54,7 +54,7 @@ pub struct Args {
     detail: DetailArgs,
     #[command(flatten)]
     extent: ExtentArgs,
-    /// all, or a list of: brute-force, classic, footprint, geomipmap, chunked, roam, tessellated,
+    /// all, or a list of: brute-force, classic, footprint, geomipmap, chunked, roam, tessellated, tessellated-by-error,
     /// tessellated-vertex-stage, tessellated-all-patches; ours (tessellated) always flies along
     #[arg(long, value_delimiter = ',', default_value = "all", value_name = "LIST")]
     methods: Vec<String>,

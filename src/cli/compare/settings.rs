@@ -15,12 +15,18 @@ pub struct DetailArgs {
     /// Clipmaps: levels; by default the fewest that cover the data from everywhere
     #[arg(long)]
     levels: Option<u32>,
-    /// Geomipmaps, chunks and ROAM: screen-space error threshold in pixels
+    /// Geomipmaps, chunks, ROAM and ours by error: screen-space error threshold in pixels
     #[arg(long, default_value_t = 1.0, value_name = "PX", value_parser = parse_pixels)]
     pixel_error: f64,
     /// Geomipmaps (17 x 17 vertices in the paper) and chunks: cells a side of a patch
     #[arg(long, default_value_t = 16, value_name = "CELLS", value_parser = parse_cells)]
     patch_cells: u32,
+    /// Ours by error: samples per side of a window, 127, 255, 511 or 1023
+    #[arg(long, default_value_t = 511, value_name = "N")]
+    error_n: u32,
+    /// Ours by error: most triangles, beside the threshold
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1_000..=50_000_000))]
+    budget: Option<u32>,
     /// Ours: blend levels into each other near their perimeter, as classic and footprint always do
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     morph: Option<bool>,
@@ -34,6 +40,8 @@ impl DetailArgs {
             levels: self.levels.or(file.levels),
             pixel_error: self.pixel_error,
             patch_cells: self.patch_cells,
+            error_n: self.error_n,
+            budget: self.budget,
         }
     }
 
@@ -72,7 +80,7 @@ pub struct Setting {
 }
 
 /// Which part of the detail a method has.
-pub fn is_clipmap(method: Method) -> bool {
+fn is_clipmap(method: Method) -> bool {
     matches!(
         method,
         Method::Classic | Method::Footprint | Method::Tessellated | Method::VertexStage | Method::AllPatches
@@ -80,11 +88,22 @@ pub fn is_clipmap(method: Method) -> bool {
 }
 
 impl Setting {
+    /// Clipmaps: samples per side of a window.
+    pub fn window(&self) -> Option<u32> {
+        match self.method {
+            Method::ByError => Some(self.detail.error_n),
+            method => is_clipmap(method).then_some(self.detail.n),
+        }
+    }
+
     /// The method's own parameters.
     pub fn params(&self) -> Value {
         let d = &self.detail;
         match self.method {
             Method::BruteForce => json!({}),
+            Method::ByError => json!({
+                "pixel_error": d.pixel_error, "n": d.error_n, "levels": d.levels, "budget": d.budget
+            }),
             Method::Roam => json!({ "pixel_error": d.pixel_error }),
             Method::Geomipmap | Method::Chunked => {
                 json!({ "pixel_error": d.pixel_error, "patch_cells": d.patch_cells })
@@ -98,6 +117,10 @@ impl Setting {
         let d = &self.detail;
         match self.method {
             Method::BruteForce => "every sample".into(),
+            Method::ByError => match d.budget {
+                Some(budget) => format!("{} px, {budget} triangles, n = {}", d.pixel_error, d.error_n),
+                None => format!("{} px, n = {}", d.pixel_error, d.error_n),
+            },
             Method::Roam => format!("{} px", d.pixel_error),
             Method::Geomipmap | Method::Chunked => format!("{} px, {} cells", d.pixel_error, d.patch_cells),
             _ => match d.levels {
@@ -125,7 +148,9 @@ pub fn settings(methods: &[Method], detail: Detail, sweep: bool, quick: bool) ->
             _ => {
                 let errors: &[f64] =
                     if quick { &[0.5, 2.0, 8.0] } else { &[0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0] };
-                let patches: &[u32] = if quick || method == Method::Roam { &[] } else { &[32, 64] };
+                let errors = if quick && method == Method::ByError { &[0.5, 2.0, 4.0, 8.0] } else { errors };
+                let patches: &[u32] =
+                    if quick || matches!(method, Method::Roam | Method::ByError) { &[] } else { &[32, 64] };
                 let by_error = errors.iter().map(|&pixel_error| Detail { pixel_error, ..detail });
                 let by_patch = patches.iter().map(|&patch_cells| Detail { patch_cells, ..detail });
                 by_error.chain(by_patch).collect()
@@ -143,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_sweep_holds_each_setting_once_and_the_one_asked_for_first() {
-        let detail = Detail { n: 255, levels: None, pixel_error: 1.0, patch_cells: 16 };
+        let detail = Detail::default();
         let all = settings(&Method::ALL, detail, true, false);
         for (k, a) in all.iter().enumerate() {
             assert!(all[..k].iter().all(|b| b.method != a.method || b.detail != a.detail));

@@ -12,14 +12,14 @@ use tessclip::report::{
     SceneFacts, mark_fronts, runs, words, write_comparison,
 };
 use tessclip::rivals::{Detail, Lab, Method};
-use tessclip::{Scene, Terrain};
+use tessclip::{Factors, Scene, Terrain};
 
 use super::super::fly::progress;
 use super::super::paths::{Course, Tempo};
 use super::ExtentArgs;
 use super::errors::Truth;
 use super::flights::{FlightLog, Range};
-use super::settings::{Setting, is_clipmap, settings};
+use super::settings::{Setting, settings};
 use super::uploads::uploads;
 
 /// How much is measured.
@@ -187,8 +187,12 @@ impl Study<'_> {
                 cannot.push(Cannot { method: setting.method.name(), why });
                 continue;
             }
-            if is_clipmap(setting.method) {
-                let scene = Scene { n: setting.detail.n, levels: setting.detail.levels, ..lab.scene.clone() };
+            if let Some(n) = setting.window() {
+                let factors = match setting.method {
+                    Method::ByError => Factors::ByError { pixel_error: None, budget: None },
+                    _ => Factors::Uniform,
+                };
+                let scene = Scene { n, levels: setting.detail.levels, factors, ..lab.scene.clone() };
                 setting.detail.levels = Some(scene.shape(self.terrain)?.levels());
             }
             if setting.usual { usual.push(setting) } else { swept.push(setting) }
@@ -263,9 +267,9 @@ impl Study<'_> {
                     r99,
                 );
             }
-            if is_clipmap(setting.method) {
+            if let Some(n) = setting.window() {
                 let levels = setting.detail.levels.map(u64::from);
-                row.upload.vertices_if_full = levels.map(|l| u64::from(setting.detail.n).pow(2) * l);
+                row.upload.vertices_if_full = levels.map(|l| u64::from(n).pow(2) * l);
             }
             let point = point(setting, &row);
             match fronts.iter_mut().find(|f| f.method == row.method) {

@@ -34,7 +34,8 @@ pub fn uploads(range: &Range<'_>, methods: &[Method], course: &Course) -> anyhow
             let log = range.fly(&Setting { method, detail, usual: true }, course, Some(1))?;
             let (u, frames) = (&log.ledger, log.frames.len().max(1) as f64);
             let mean = |sum: u64| sum as f64 / frames;
-            let bytes_per_frame = mean(u.vertex_bytes + u.index_bytes + u.control_bytes + u.surface_bytes);
+            let bytes_per_frame =
+                mean(u.vertex_bytes + u.index_bytes + u.control_bytes + u.surface_bytes + u.factor_bytes);
             rows.push(UploadRow {
                 n,
                 levels: shape.levels(),
