@@ -108,7 +108,8 @@ fn ten_thousand_flipped_bits_are_all_noticed_and_named() {
             if is_deviations(&file) {
                 let report = store.verify(1, &|_, _| {});
                 assert!(report.damage.len() == 1 && report.damage[0].file == file, "{report:?}");
-                let error = TileSource::new(store.into(), StreamOptions::default()).err().unwrap();
+                let source = TileSource::new(store.into(), StreamOptions::default()).unwrap();
+                let error = source.load_deviations().err().unwrap();
                 assert!(error.to_string().contains(&file), "{error}");
                 continue;
             }

@@ -1,7 +1,7 @@
 //! A store as a source of samples that never waits.
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::cache::TileCache;
 use super::fallback::{parents, refine};
@@ -21,7 +21,8 @@ pub struct TileSource {
     /// The stored top level and all coarser ones.
     top: Arc<MemoryPyramid>,
     /// All in memory from the start: which steps are drawn must not depend on what has arrived.
-    deviations: Option<Deviations>,
+    /// Read when first asked for; none where the store has none or they cannot be read.
+    deviations: OnceLock<Option<Deviations>>,
     options: StreamOptions,
 }
 
@@ -37,7 +38,7 @@ impl TileSource {
     /// Streams an open store.
     ///
     /// # Errors
-    /// When the one tile of its coarsest level or the deviations of its blocks cannot be read, or no thread can be
+    /// When the one tile of its coarsest level cannot be read, or no thread can be
     /// started.
     pub fn new(store: Arc<Store>, options: StreamOptions) -> Result<Self, StoreError> {
         let top = store.top();
@@ -49,7 +50,6 @@ impl TileSource {
         let size = whole.hi.map(|v| v.unsigned_abs() as usize + 1);
         // A stored low-pass goes on as one.
         let top = Arc::new(MemoryPyramid::from_samples(samples, size, store.manifest().prefilter()));
-        let deviations = store.deviations(&top)?;
         let tile_bytes = store.manifest().dtype.tile_bytes();
         let cache = Arc::new(TileCache::new(options.cache_bytes, tile_bytes));
         let work = loader::Loading { store: store.clone(), cache: cache.clone(), top: top.clone() };
@@ -57,7 +57,23 @@ impl TileSource {
             cache.close();
             StoreError::io(store.at(), "starting loader threads", e)
         })?;
-        Ok(Self { store, cache, top, deviations, options })
+        Ok(Self { store, cache, top, deviations: OnceLock::new(), options })
+    }
+
+    /// Reads the deviations of blocks, where the store has them and they were not read yet; waits for the disk.
+    /// Scenes with uniform factors never do. What cannot be read is not tried again.
+    ///
+    /// # Errors
+    /// When a file of them is missing or damaged; it is named.
+    pub fn load_deviations(&self) -> Result<(), StoreError> {
+        let mut failed = None;
+        self.deviations.get_or_init(|| {
+            self.store.deviations(&self.top).unwrap_or_else(|error| {
+                failed = Some(error);
+                None
+            })
+        });
+        failed.map_or(Ok(()), Err)
     }
 
     /// The store underneath.
@@ -153,11 +169,14 @@ impl SampleSource for TileSource {
     }
 
     fn has_deviations(&self) -> bool {
-        self.deviations.is_some()
+        self.store.has_deviations()
     }
 
     fn read_deviations(&self, level: u32, blocks: Rect, out: &mut Vec<BlockDeviation>) -> bool {
-        let Some(deviations) = &self.deviations else {
+        if let Err(error) = self.load_deviations() {
+            log::error!("{error}; all patches are drawn at their finest step");
+        }
+        let Some(deviations) = self.deviations.get().and_then(Option::as_ref) else {
             return false;
         };
         deviations.read(level, blocks, out);
