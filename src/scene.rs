@@ -328,9 +328,6 @@ impl Scene {
             return terrain.graph().shape(self.n, self.levels);
         }
         let refused = |why| Err(ClipmapError::NoDeviations { why });
-        if terrain.curved.as_ref().is_some_and(|c| c.points.is_some()) {
-            return refused("positions have no measured deviations");
-        }
         if !terrain.source.has_deviations() {
             return refused(if terrain.source.streaming().is_some() {
                 "the store was built without deviations: build it again"

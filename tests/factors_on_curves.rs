@@ -133,6 +133,41 @@ fn worst_share(terrain: &Terrain, sides: f64) -> f64 {
     worst
 }
 
+/// Positions deviate in all directions: their distance at equal parameter, where nothing is mixed.
+#[test]
+fn figures_bound_the_distance_of_positions() {
+    let grid = tessclip::heights::PositionGrid::parse("overhang?size=203").unwrap();
+    let terrain = Terrain::sampled(grid.clone());
+    let lattice = terrain.source.lattice();
+    let at = |p: [i32; 2]| DVec3::from_array(grid.xyz_m[p[1] as usize * grid.width + p[0] as usize]);
+    let (mut worst, mut tried) = (0.0_f64, 0);
+    for y in 0..=lattice.last[1] {
+        for x in 0..=lattice.last[0] {
+            for exponent in 1..=4 {
+                let lo = [x, y].map(|v| (v - i32::from(v == 202)) >> exponent << exponent);
+                let hi = [0, 1].map(|a| (lo[a] + (1 << exponent)).min(lattice.last[a]));
+                let [s, t] = [x - lo[0], y - lo[1]].map(f64::from);
+                let (s, t) = (s / f64::from(hi[0] - lo[0]), t / f64::from(hi[1] - lo[1]));
+                let (sw, se, nw, ne) = (at(lo), at([hi[0], lo[1]]), at([lo[0], hi[1]]), at(hi));
+                let drawn = if s + t <= 1.0 {
+                    sw + (se - sw) * s + (nw - sw) * t
+                } else {
+                    ne + (nw - ne) * (1.0 - s) + (se - ne) * (1.0 - t)
+                };
+                let off = (at([x, y]) - drawn).length();
+                let block = lo.map(|v| v >> 4);
+                let mut figures = Vec::new();
+                terrain.source.read_deviations(0, Rect { lo: block, hi: block }, &mut figures);
+                let figure = f64::from(figures[0].metres(exponent as usize));
+                worst = worst.max((off - 1e-9) / figure.max(1e-12));
+                tried += 1;
+            }
+        }
+    }
+    eprintln!("positions: worst distance is {worst:.3} of its bound, {tried} tried");
+    assert!(worst <= 1.0 && worst > 0.5, "{worst}");
+}
+
 #[test]
 fn figures_and_chords_bound_the_deviation_along_the_normal() {
     let globe =

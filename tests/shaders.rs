@@ -187,7 +187,7 @@ fn shared_structs_have_the_same_members_offsets_and_sizes() {
 #[test]
 fn the_modules_of_factors_by_error_are_valid() {
     for source in by_error_sources() {
-        for ground in [Ground::Plane, Ground::Curved] {
+        for ground in [Ground::Plane, Ground::Curved, Ground::Points] {
             for variant in variants(&source.text(ground)) {
                 validate(&variant).unwrap_or_else(|e| panic!("{} {ground:?}: {e}", source.stem));
             }

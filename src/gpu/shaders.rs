@@ -128,7 +128,7 @@ pub(crate) const DRAW_TERRAIN: ShaderModuleSource = ShaderModuleSource {
     points: &[text!("shared/shading"), text!("curved/relief")],
 };
 
-// Where factors go by error; positions have none.
+// Where factors go by error.
 pub(crate) const WISH_FACTORS: ShaderModuleSource = ShaderModuleSource {
     stem: "wish_factors",
     text: text!("wish_factors"),
@@ -139,31 +139,36 @@ pub(crate) const WISH_FACTORS: ShaderModuleSource = ShaderModuleSource {
         text!("factors/blocks"),
         text!("curved/deviate"),
     ],
-    points: &[],
+    points: &[
+        text!("shared/boxes"),
+        text!("curved/bounds"),
+        text!("factors/blocks"),
+        text!("curved/deviate"),
+    ],
 };
 pub(crate) const WEIGH_FACTORS: ShaderModuleSource = ShaderModuleSource {
     stem: "weigh_factors",
     text: text!("weigh_factors"),
     plane: &[text!("factors/blocks")],
     curved: &[text!("factors/blocks")],
-    points: &[],
+    points: &[text!("factors/blocks")],
 };
 pub(crate) const SET_FACTORS: ShaderModuleSource =
     ShaderModuleSource { stem: "set_factors", text: text!("set_factors"), ..WEIGH_FACTORS };
 pub(crate) const COMPACT_PATCHES_BY_ERROR: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("factors/edges")],
     curved: &[text!("factors/edges")],
-    points: &[],
+    points: &[text!("factors/edges")],
     ..COMPACT_PATCHES
 };
 pub(crate) const EXPAND_PATCHES_BY_ERROR: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("factors/edges"), text!("plane/positions"), text!("plane/put_vertex")],
     curved: &[text!("factors/edges"), text!("curved/positions")],
-    points: &[],
+    points: &[text!("factors/edges"), text!("curved/positions")],
     ..EXPAND_PATCHES
 };
 
-/// Modules of scenes whose factors go by error; none for positions.
+/// Modules of scenes whose factors go by error.
 #[must_use]
 pub fn by_error_sources() -> [ShaderModuleSource; 5] {
     [WISH_FACTORS, WEIGH_FACTORS, SET_FACTORS, COMPACT_PATCHES_BY_ERROR, EXPAND_PATCHES_BY_ERROR]

@@ -19,6 +19,9 @@ pub const BLOCK_CELLS: u32 = 16;
 /// Steps a block has figures for: 1, 2, 4, 8, 16 cells (inner factors 16, 8, 4, 2, 1).
 pub const STEPS: usize = 5;
 
+/// Stands for what is not known: the greatest finite figure.
+const UNKNOWN_BITS: u16 = 0x7f7f;
+
 /// Worst vertical deviation of one block at each step, metres, each rounded up to the high half of an f32
 /// (7 bits after the leading one: at most 0.8 % too much).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
@@ -27,17 +30,17 @@ pub struct BlockDeviation([u16; STEPS]);
 
 impl BlockDeviation {
     /// Nothing is known, or coarser steps must not be drawn: only the finest step is ever taken.
-    pub const UNKNOWN: Self = Self([0x7f7f; STEPS]);
+    pub const UNKNOWN: Self = Self([UNKNOWN_BITS; STEPS]);
 
     /// Rounded up; what is no finite number counts as unknown.
     #[must_use]
     pub fn of(metres: [f32; STEPS]) -> Self {
         Self(metres.map(|m| {
             let bits = m.max(0.0).to_bits();
-            if !m.is_finite() || bits > 0x7f7f_0000 {
-                return 0x7f7f;
+            if !m.is_finite() || bits > u32::from(UNKNOWN_BITS) << 16 {
+                return UNKNOWN_BITS;
             }
-            u16::try_from(bits.div_ceil(1 << 16)).unwrap_or(0x7f7f)
+            u16::try_from(bits.div_ceil(1 << 16)).unwrap_or(UNKNOWN_BITS)
         }))
     }
 
@@ -50,7 +53,7 @@ impl BlockDeviation {
     /// From the bits as they are stored; `None` where one is no distance.
     #[cfg(feature = "store")]
     pub(crate) fn from_bits(bits: [u16; STEPS]) -> Option<Self> {
-        bits.iter().all(|b| *b <= 0x7f7f).then_some(Self(bits))
+        bits.iter().all(|b| *b <= UNKNOWN_BITS).then_some(Self(bits))
     }
 
     /// The bits to be stored.
@@ -64,7 +67,7 @@ impl BlockDeviation {
     pub fn scaled(self, factor: f32) -> Self {
         let mut metres = [0.0; STEPS];
         for (k, m) in metres.iter_mut().enumerate() {
-            *m = if self.0[k] == 0x7f7f { f32::INFINITY } else { self.metres(k) * factor.abs() };
+            *m = if self.0[k] == UNKNOWN_BITS { f32::INFINITY } else { self.metres(k) * factor.abs() };
         }
         Self::of(metres)
     }
@@ -107,6 +110,26 @@ impl Deviations {
     pub(crate) fn from_levels(lattice: Lattice, levels: Vec<Vec<BlockDeviation>>) -> Self {
         let levels = levels.into_iter().zip(0..);
         Self { levels: levels.map(|(blocks, l)| Level { size: blocks_at(lattice, l), blocks }).collect() }
+    }
+
+    /// Of positions, from those of their three coordinates; `more_m` is added to each.
+    pub(crate) fn of_positions(axes: &[Self; 3], more_m: f32) -> Self {
+        let [x, y, z] = axes;
+        let block = |l: usize, k: usize| {
+            let mut metres = [0.0; STEPS];
+            for (step, m) in metres.iter_mut().enumerate() {
+                let squares = [x, y, z].map(|a| f64::from(a.levels[l].blocks[k].metres(step)).powi(2));
+                let unknown = [x, y, z].iter().any(|a| a.levels[l].blocks[k].0[step] == UNKNOWN_BITS);
+                let length = squares.iter().sum::<f64>().sqrt() as f32;
+                *m = if unknown { f32::INFINITY } else { length.next_up() + more_m };
+            }
+            BlockDeviation::of(metres)
+        };
+        let level = |(l, own): (usize, &Level)| Level {
+            size: own.size,
+            blocks: (0..own.blocks.len()).map(|k| block(l, k)).collect(),
+        };
+        Self { levels: x.levels.iter().enumerate().map(level).collect() }
     }
 
     /// Appends those of `blocks` of a level, row by row from the south-west; unknown beyond the data.

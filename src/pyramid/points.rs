@@ -1,8 +1,8 @@
 //! Positions as samples: their heights are what colours and ranges go by.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use super::{SampleSource, VOID};
+use super::{BlockDeviation, Deviations, MemoryPyramid, Prefilter, SampleSource, VOID};
 use crate::clipmap::{Lattice, Rect};
 use crate::surface::SampledSurface;
 
@@ -11,6 +11,7 @@ use crate::surface::SampledSurface;
 pub struct PointHeights {
     surface: Arc<SampledSurface>,
     range: Option<[f32; 2]>,
+    deviations: OnceLock<Deviations>,
 }
 
 impl PointHeights {
@@ -18,7 +19,28 @@ impl PointHeights {
     #[must_use]
     pub fn new(surface: Arc<SampledSurface>) -> Self {
         let range = surface.grid().bounds_m().map(|[low, high]| [low[2] as f32, high[2] as f32]);
-        Self { surface, range }
+        Self { surface, range, deviations: OnceLock::new() }
+    }
+
+    /// Of each coordinate as if it were a height, then of the position: the root of the sum of their squares.
+    /// Coordinates are measured from their mean, as f32; what that rounds is added.
+    fn measure(&self) -> Deviations {
+        let grid = self.surface.grid();
+        let valid = |k: usize| grid.valid.as_ref().is_none_or(|v| v[k]);
+        let mut rounded_m = 0.0_f32;
+        let axes = [0, 1, 2].map(|a| {
+            let mean = grid.xyz_m.iter().map(|p| p[a]).sum::<f64>() / grid.xyz_m.len() as f64;
+            let samples: Vec<f32> = (grid.xyz_m.iter().enumerate())
+                .map(|(k, p)| if valid(k) { (p[a] - mean) as f32 } else { VOID })
+                .collect();
+            let most = samples.iter().filter(|v| **v != VOID).fold(0.0_f32, |m, v| m.max(v.abs()));
+            // Half a unit in the last place, of the truth and of what is drawn, on three axes.
+            rounded_m = rounded_m.max(4.0 * most * f32::EPSILON);
+            let pyramid =
+                MemoryPyramid::from_samples(samples, [grid.width, grid.height], Prefilter::Subsample);
+            Deviations::of(&pyramid)
+        });
+        Deviations::of_positions(&axes, rounded_m)
     }
 
     /// Position of a node, metres; `None` where it is void.
@@ -47,6 +69,15 @@ impl SampleSource for PointHeights {
                 (rect.lo[0]..=rect.hi[0]).map(|x| self.position(level, [x, y]).map_or(VOID, |p| p[2] as f32)),
             );
         }
+    }
+
+    fn has_deviations(&self) -> bool {
+        true
+    }
+
+    fn read_deviations(&self, level: u32, blocks: Rect, out: &mut Vec<BlockDeviation>) -> bool {
+        self.deviations.get_or_init(|| self.measure()).read(level, blocks, out);
+        true
     }
 
     fn height_range(&self) -> Option<[f32; 2]> {

@@ -70,7 +70,8 @@ impl Renderer {
     /// it grows with the square of the cell. A cell's long diagonal is at most two of its sides, 5 % of distortion
     /// included: `r (2 angle)^2 / 8`. Where the surface bends both ways, chords err to either side.
     fn bend_m(&self) -> f32 {
-        let Some(curved) = &self.terrain.curved else { return 0.0 };
+        // Positions hold all of the surface themselves.
+        let Some(curved) = self.terrain.curved.as_ref().filter(|c| c.points.is_none()) else { return 0.0 };
         let (radius_m, angle) = curved.surface.bend();
         let [low, high] = curved.height_range().unwrap_or([0.0; 2]).map(f64::from);
         let sides = if matches!(curved.base, Base::Torus { .. }) { 2.0 } else { 1.0 };
