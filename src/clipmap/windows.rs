@@ -156,7 +156,8 @@ impl ClipmapShape {
         self.n + 1 - 2 * self.unit
     }
 
-    /// Cells that a level surely reaches to either side of the camera; negative where it need not hold it.
+    /// Cells of the data that a level surely covers, wherever the camera stands over them. 0 where n = 127 goes by
+    /// blocks: then every level there is is taken.
     #[must_use]
     pub(crate) fn reach(self) -> i64 {
         2 * i64::from(self.m()) - 2 * i64::from(self.unit)

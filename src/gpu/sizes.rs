@@ -41,8 +41,9 @@ impl Capacity {
     }
 
     /// Room for what factors by error draw. Sides may have 32 segments, twice what doubling makes; under a budget
-    /// the mesh has no more triangles than that, or than its coarsest form, whose patches have two triangles and
-    /// sides of at most four segments. Where voids keep patches from being coarse, the budget may not be met.
+    /// the mesh has no more triangles than that, or than its coarsest form: two triangles a patch, eight beside a
+    /// finer level, and few more for divided sides; 18 are allowed for. Where voids keep patches from being
+    /// coarse, the budget may not be met.
     #[must_use]
     pub fn by_error(shape: ClipmapShape, charts: u32, budget: Option<u32>, has_voids: bool) -> Self {
         let most = Self::worst_case(shape, charts);
