@@ -42,21 +42,19 @@ fn set_factors(
     if slot >= lane_count() * frame.slots_per_level || patches[slot].visible != 1u {
         return;
     }
-    let record = patches[slot];
-    let level = enter_lane(slot / frame.slots_per_level);
-    let lo = record.cell;
-    let size = vec2<i32>(vec2<u32>(record.shape & 0xffu, (record.shape >> 8u) & 0xffu));
-    let hi = lo + size;
-    let block = lo >> vec2<u32>(4u);
+    let seat = seat_of(slot, patches[slot]);
+    let level = seat.level;
+    let block = seat.block;
     let k = step_at(wishes[table_address(level, block)], threshold);
     let own = level + k;
     var logs = (k << 24u) | 0x80000000u; // the highest bit says that factors go by error
     var lost = 0u;
     var extra = 0i;
     for (var side = 0u; side < 4u; side++) {
-        let last = select(data_last().x, data_last().y, side >= 2u);
-        let from_node = select(lo.x, lo.y, side >= 2u);
-        let to_node = select(hi.x, hi.y, side >= 2u);
+        let nodes = side_nodes(seat, side);
+        let from_node = nodes.x;
+        let to_node = nodes.y;
+        let last = nodes.z;
         var end = own;
         for (var half = 0u; half < 2u; half++) {
             if from_node + 8i * i32(half) >= to_node {
@@ -87,7 +85,7 @@ fn set_factors(
         let start = from_node + ((steps - 1i) << k);
         lost |= ((1u << (own - end)) - segments_between(level, start, to_node, last, end)) << (side * 4u);
     }
-    let steps = (size + vec2<i32>((1i << k) - 1i)) >> vec2<u32>(k);
+    let steps = steps_of(seat, k);
     patches[slot].outer_sn = logs;
     patches[slot].outer_we = lost;
     patches[slot].first_vertex = u32((steps.x + 1i) * (steps.y + 1i) + extra);

@@ -24,25 +24,23 @@ fn weigh_factors(@builtin(global_invocation_id) id: vec3<u32>) {
     if slot >= lane_count() * frame.slots_per_level || patches[slot].visible != 1u {
         return;
     }
-    let record = patches[slot];
-    let level = enter_lane(slot / frame.slots_per_level);
-    let lo = record.cell;
-    let size = vec2<i32>(vec2<u32>(record.shape & 0xffu, (record.shape >> 8u) & 0xffu));
-    let hi = lo + size;
-    let block = lo >> vec2<u32>(4u);
+    let seat = seat_of(slot, patches[slot]);
+    let level = seat.level;
+    let block = seat.block;
     let wish = wishes[table_address(level, block)];
     let coarsest = step_at(wish, COARSEST);
     var before = 0i;
     for (var k = i32(coarsest); k >= 0i; k--) {
-        let steps = (size + vec2<i32>((1i << u32(k)) - 1i)) >> vec2<u32>(u32(k));
+        let steps = steps_of(seat, u32(k));
         let own = 2i * steps.x * steps.y;
         add(select(threshold_of(wish, u32(k) + 1u), 255u, u32(k) == coarsest), own - before);
         before = own;
     }
     for (var side = 0u; side < 4u; side++) {
-        let last = select(data_last().x, data_last().y, side >= 2u);
-        let from_node = select(lo.x, lo.y, side >= 2u);
-        let to_node = select(hi.x, hi.y, side >= 2u);
+        let nodes = side_nodes(seat, side);
+        let from_node = nodes.x;
+        let to_node = nodes.y;
+        let last = nodes.z;
         for (var half = 0u; half < 2u; half++) {
             let next = beyond(level, block, side, half);
             let halved = next.level < level;

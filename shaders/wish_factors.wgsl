@@ -72,13 +72,11 @@ fn wish_factors(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     if slot >= lane_count() * frame.slots_per_level || patches[slot].shape == 0u {
         return;
     }
-    let record = patches[slot];
-    let level = enter_lane(slot / frame.slots_per_level);
-    let lo = record.cell;
-    let hi = lo + vec2<i32>(vec2<u32>(record.shape & 0xffu, (record.shape >> 8u) & 0xffu));
-    let block = lo >> vec2<u32>(4u);
+    let seat = seat_of(slot, patches[slot]);
+    let level = seat.level;
+    let block = seat.block;
     let address = table_address(level, block);
-    var box = patch_box(box_over(level, lo, hi), level, base_of(level, lo), base_of(level, hi));
+    var box = patch_box(box_over(level, seat.lo, seat.hi), level, base_of(level, seat.lo), base_of(level, seat.hi));
     // The true surface, which the error is measured on, lies no further off than this.
     let off = deviation(address, 0u);
     let scale = px_per_m(widened(box, off));

@@ -35,6 +35,31 @@ fn among(block: vec2<i32>, blocks: Rect) -> bool {
     return all(block >= blocks.lo) && all(block < blocks.hi);
 }
 
+// Where a patch lies.
+struct Seat {
+    level: u32,
+    lo: vec2<i32>,
+    hi: vec2<i32>,
+    block: vec2<i32>,
+}
+
+// Makes the patch's chart the current one.
+fn seat_of(slot: u32, record: PatchRecord) -> Seat {
+    let level = enter_lane(slot / frame.slots_per_level);
+    let size = vec2<i32>(vec2<u32>(record.shape & 0xffu, (record.shape >> 8u) & 0xffu));
+    return Seat(level, record.cell, record.cell + size, record.cell >> vec2<u32>(4u));
+}
+
+// First and last node of a side along it, and the data's last base sample there.
+fn side_nodes(seat: Seat, side: u32) -> vec3<i32> {
+    return select(vec3<i32>(seat.lo.x, seat.hi.x, data_last().x), vec3<i32>(seat.lo.y, seat.hi.y, data_last().y), side >= 2u);
+}
+
+// Steps of 2^k cells that a patch has east and north.
+fn steps_of(seat: Seat, k: u32) -> vec2<i32> {
+    return (seat.hi - seat.lo + vec2<i32>((1i << k) - 1i)) >> vec2<u32>(k);
+}
+
 struct Beyond {
     found: bool,
     chart: u32,

@@ -82,13 +82,6 @@ fn needs_of(record: PatchRecord) -> vec2<u32> {
     return vec2<u32>(record.first_vertex, record.first_index);
 }
 
-// An extra vertex: its side, its cell along it and its place among the cell's, from 1.
-struct Extra {
-    side: u32,
-    cell: u32,
-    t: u32,
-}
-
 fn extra_of(work: ptr<function, Work>, e: u32) -> Extra {
     let record = (*work).record;
     var side = 0u;

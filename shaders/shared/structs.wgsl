@@ -68,6 +68,14 @@ struct PatchRecord {
     visible: u32,
 }
 
+// A vertex that a divided side adds to a patch's grid: its side, its cell along it and its place among the
+// cell's, from 1.
+struct Extra {
+    side: u32,
+    cell: u32,
+    t: u32,
+}
+
 struct Counters {
     // Arguments of draw_indexed_indirect.
     index_count: u32,

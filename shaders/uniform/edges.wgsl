@@ -79,13 +79,6 @@ fn unpack(record: PatchRecord) -> Work {
     return work;
 }
 
-// An extra vertex: its side, its cell along it and its place among the cell's, from 1.
-struct Extra {
-    side: u32,
-    cell: u32,
-    t: u32,
-}
-
 fn extra_of(work: ptr<function, Work>, e: u32) -> Extra {
     var side = 0u;
     for (var s = 1u; s < 4u; s++) {
