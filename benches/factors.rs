@@ -58,7 +58,7 @@ fn main() {
             let begin = Instant::now();
             renderer.prepare(&camera, SIZE).unwrap();
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let target = Target { color: &target.color, depth: &target.depth, clear: true };
+            let target = Target { color: &target.color, depth: &target.depth, clear: true, area: None };
             renderer.record_choosing_more(&mut encoder, target, more);
             gpu.queue.submit([encoder.finish()]);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();

@@ -50,7 +50,8 @@ fn rig(gpu: &Gpu, terrain: &Terrain, n: u32, levels: u32) -> Rig {
     let target = Offscreen::new(&gpu.device, SIZE).unwrap();
     renderer.prepare(&camera, SIZE).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    renderer.record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true });
+    renderer
+        .record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true, area: None });
     gpu.queue.submit([encoder.finish()]);
     let mesh = renderer.read_mesh().unwrap();
     let buffer = |label, contents: &[u8], usage| {
@@ -84,7 +85,7 @@ impl Rig {
     fn whole(&mut self) -> f64 {
         self.run(|s, encoder| {
             s.renderer.prepare(&s.camera, SIZE).unwrap();
-            let target = Target { color: &s.target.color, depth: &s.target.depth, clear: true };
+            let target = Target { color: &s.target.color, depth: &s.target.depth, clear: true, area: None };
             s.renderer.record(encoder, target);
         })
     }
@@ -100,14 +101,14 @@ impl Rig {
     fn draw_only(&mut self) -> f64 {
         self.run(|s, encoder| {
             s.renderer.prepare(&s.camera, SIZE).unwrap();
-            let target = Target { color: &s.target.color, depth: &s.target.depth, clear: true };
+            let target = Target { color: &s.target.color, depth: &s.target.depth, clear: true, area: None };
             s.renderer.record_draw_again(encoder, target);
         })
     }
 
     fn ready_made(&mut self) -> f64 {
         self.run(|s, encoder| {
-            let target = Target { color: &s.target.color, depth: &s.target.depth, clear: true };
+            let target = Target { color: &s.target.color, depth: &s.target.depth, clear: true, area: None };
             s.renderer.record_static(encoder, target, &s.vertices, &s.indices, s.index_count);
         })
     }

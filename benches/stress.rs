@@ -186,7 +186,10 @@ fn delayed(gpu: &Gpu, store: &Path, delay_ms: u64) -> (f64, f64, u32) {
         let begin = Instant::now();
         let upload = renderer.prepare(&camera, size).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true });
+        renderer.record(
+            &mut encoder,
+            Target { color: &target.color, depth: &target.depth, clear: true, area: None },
+        );
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         times.push(begin.elapsed().as_secs_f64() * 1e3);

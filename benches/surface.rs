@@ -30,7 +30,7 @@ impl Rig<'_> {
         let begin = Instant::now();
         self.renderer.prepare(&self.camera, SIZE).unwrap();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let target = Target { color: &self.target.color, depth: &self.target.depth, clear: true };
+        let target = Target { color: &self.target.color, depth: &self.target.depth, clear: true, area: None };
         self.renderer.record(&mut encoder, target);
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
@@ -132,7 +132,10 @@ fn upload(gpu: &Gpu, name: &str, terrain: &Terrain, poses: impl Iterator<Item = 
     for (k, pose) in poses.enumerate() {
         let sent = renderer.prepare(&terrain.camera(pose, 60.0), SIZE).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true });
+        renderer.record(
+            &mut encoder,
+            Target { color: &target.color, depth: &target.depth, clear: true, area: None },
+        );
         gpu.queue.submit([encoder.finish()]);
         if k > 0 {
             samples += sent.height_bytes / sent.sample_bytes.max(1);

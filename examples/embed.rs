@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -12.0, fov_deg: 60.0, ..Camera::default() };
     let upload = renderer.prepare(&camera, SIZE)?;
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    renderer.record(&mut encoder, Target { color: &color_view, depth: &depth_view, clear: true });
+    renderer.record(&mut encoder, Target { color: &color_view, depth: &depth_view, clear: true, area: None });
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("picture"),
         size: u64::from(SIZE[0] * SIZE[1] * 4),

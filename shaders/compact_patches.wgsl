@@ -24,6 +24,10 @@ fn need_of(record: PatchRecord) -> Need {
     return Need(needs.x, 3u * needs.y, 1u);
 }
 
+fn is_seen(slot: u32) -> bool {
+    return (patches[slot].visible & 1u) == 1u;
+}
+
 @compute @workgroup_size(64)
 fn compact_patches(@builtin(local_invocation_index) thread: u32) {
     let total = lane_count() * frame.slots_per_level;
@@ -32,7 +36,7 @@ fn compact_patches(@builtin(local_invocation_index) thread: u32) {
     let end = min(begin + share, total);
     var mine = Need(0u, 0u, 0u);
     for (var slot = begin; slot < end; slot++) {
-        if patches[slot].visible == 1u {
+        if is_seen(slot) {
             let need = need_of(patches[slot]);
             mine = Need(mine.vertices + need.vertices, mine.indices + need.indices, mine.patches + 1u);
         }
@@ -46,7 +50,7 @@ fn compact_patches(@builtin(local_invocation_index) thread: u32) {
     }
     var at = before;
     for (var slot = begin; slot < end; slot++) {
-        if patches[slot].visible == 1u {
+        if is_seen(slot) {
             let need = need_of(patches[slot]);
             patches[slot].first_vertex = at.vertices;
             patches[slot].first_index = at.indices;

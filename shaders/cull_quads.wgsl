@@ -46,10 +46,6 @@ fn in_frustum(lo: vec3<f32>, hi: vec3<f32>) -> bool {
     return true;
 }
 
-fn joined(a: Box, b: Box) -> Box {
-    return Box(min(a.lo, b.lo), max(a.hi, b.hi));
-}
-
 // What the chart beyond a side of a patch adds: doubling where it draws finer cells, whose vertices must lie
 // in the patch's bounds. The current chart is the same before and after.
 fn span_across(level: u32, side: u32, lo: vec2<i32>, hi: vec2<i32>, box: ptr<function, Box>) -> u32 {
@@ -153,10 +149,8 @@ fn cull_quads(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     record.outer_sn = spans.x | (spans.y << 16u);
     record.outer_we = spans.z | (spans.w << 16u);
-    if MORPH && level + 1u < frame.level_count {
-        let coarse_lo = (base_lo >> vec2<u32>(level + 1u)) - vec2<i32>(1i);
-        let coarse_hi = (base_hi >> vec2<u32>(level + 1u)) + vec2<i32>(2i);
-        box = joined(box, box_over(level + 1u, coarse_lo, coarse_hi));
+    if MORPH {
+        box = joined(box, coarse_box(level, base_lo, base_hi));
     }
     record.cell = lo;
     let cells = vec2<u32>(hi - lo);

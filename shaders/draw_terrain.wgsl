@@ -2,7 +2,7 @@
 // `vs_wire` pulls both as storage, so that each triangle knows its edges: lines without the native
 // polygon mode. Depth is reversed, the far plane lies at infinity.
 
-override COLOR_MODE: u32 = 0u; // 0 shaded, 1 levels, 2 blocks, 3 elevation, 4 slope
+override COLOR_MODE: u32 = 0u; // 0 shaded, 1 levels, 2 blocks, 3 elevation, 4 slope, 5 error, 6 refill
 override FOG: bool = true;
 
 fn surface_color(in: Seen) -> vec3<f32> {
@@ -12,12 +12,15 @@ fn surface_color(in: Seen) -> vec3<f32> {
     let t = place.y;
     let level = (in.tag >> 24u) & 31u;
     let kind = in.tag >> 29u;
+    let mark = in.tag >> 24u;
     var color: vec3<f32>;
     switch COLOR_MODE {
         case 1u: { color = lit(palette(level) * 0.6, normal, slope); }
         case 2u: { color = lit(palette(kind) * mix(0.35, 0.7, f32(level % 2u)), normal, slope); }
         case 3u: { color = ramp(t); }
         case 4u: { color = ramp(acos(clamp(slope, 0.0, 1.0)) / 1.5707964); }
+        case 5u: { color = lit(select(ramp(f32(mark) / 254.0), palette(7u), mark == 255u) * 0.6, normal, slope); }
+        case 6u: { color = lit(select(vec3<f32>(0.12), palette(0u), mark > 0u), normal, slope); }
         default: { color = lit(tint(t, slope), normal, slope); }
     }
     if FOG && COLOR_MODE == 0u {

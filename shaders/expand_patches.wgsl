@@ -128,12 +128,12 @@ fn extra_triangle(work: ptr<function, Work>, e: u32) {
 // A vertex of the current chart; on a border it may belong to another.
 fn put_owned(at: u32, own_level: u32, base: vec2<i32>, tag: u32, on_border: bool) {
     if !on_border {
-        put_vertex(at, own_level, base, tag);
+        put_vertex(at, own_level, base, tag_at(tag, own_level, base));
         return;
     }
     let home = current_chart();
     let owner = owner_across(own_level, base);
-    put_vertex(at, owner.level, owner.base, tag);
+    put_vertex(at, owner.level, owner.base, tag_at(tag, owner.level, owner.base));
     enter_chart(home);
 }
 
@@ -183,7 +183,7 @@ fn expand_patches(
     let w = grid_cells(record).x;
     let h = grid_cells(record).y;
     let level = (record.shape >> 16u) & 0xffu;
-    let tag = (level << 24u) | (((record.shape >> 24u) & 3u) << 29u);
+    let tag = tag_of(record);
     enter_chart(record.shape >> 28u);
     remember(level);
     let divided = is_divided(record);

@@ -34,7 +34,7 @@
 //! let eye_m = glam::DVec3::new(15_000.0, 2_000.0, 3_500.0);
 //! let camera = Camera { eye_m, yaw_deg: 0.0, pitch_deg: -15.0, fov_deg: 60.0, ..Camera::default() };
 //! let upload = renderer.prepare(&camera, size)?;
-//! renderer.record(encoder, Target { color, depth, clear: true });
+//! renderer.record(encoder, Target { color, depth, clear: true, area: None });
 //! # Ok(())
 //! # }
 //! ```

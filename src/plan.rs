@@ -152,12 +152,13 @@ pub(crate) fn variant(scene: &Scene, terrain: &Terrain) -> Variant {
         cull: scene.cull,
         horizon: scene.cull && hides,
         // A patch of voids alone is not drawn: only bounds tell. Errors on screen need distances.
-        bounds: scene.cull || has_voids || scene.factors.by_error(),
+        bounds: scene.cull || has_voids || scene.needs_deviations() || scene.bounds,
         normals: ground != Ground::Plane || scene.color != ColorMode::Elevation,
         fog: scene.fog && scene.color == ColorMode::Shaded,
         by_error: scene.factors.by_error(),
         budget: matches!(scene.factors, Factors::ByError { budget: Some(_), .. }),
         wireframe: scene.wireframe,
+        boxes: scene.bounds,
         color: scene.color,
         block_cells: block_cells(scene.n, terrain),
     }

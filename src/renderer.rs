@@ -4,16 +4,21 @@
 
 mod choose;
 mod curve;
+mod drawn;
 mod inspect;
+mod look;
 mod place;
 mod stand;
 mod streaming;
 mod upload;
 mod wait;
+mod watch;
 
+pub use self::drawn::DrawnSurface;
 pub use self::place::LEAST_WINDOW;
 pub(crate) use self::place::windows_over_plane;
 pub(crate) use self::stand::{PlaneStand, clip, fog_per_m, sun_direction};
+pub use self::watch::Watched;
 
 use std::sync::Arc;
 
@@ -23,6 +28,7 @@ use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 use crate::camera::{Camera, PoseError};
 use crate::clipmap::{ChartWindows, ClipmapError, ClipmapShape, Windows};
 use crate::gpu::passes::ComputePass;
+use crate::gpu::passes::draw_bounds::DrawBounds;
 use crate::gpu::passes::draw_terrain::{DrawTerrain, begin_pass};
 use crate::gpu::passes::spec::{Dispatch, FrameWork, PASSES};
 use crate::gpu::{Buffers, Capacity, Counters, GpuCurve, GpuError, GpuFrame, Variant, most_bytes};
@@ -61,8 +67,10 @@ pub struct Target<'a> {
     pub color: &'a wgpu::TextureView,
     /// `Depth32Float` view; depth is reversed: clear to 0, nearer is greater.
     pub depth: &'a wgpu::TextureView,
-    /// Clear both first; off draws into what is there.
+    /// Clear both first, all of them; off draws into what is there.
     pub clear: bool,
+    /// The part that is drawn into, pixels: left, top, width, height; `None` for all of it.
+    pub area: Option<[u32; 4]>,
 }
 
 /// Draws one terrain with one scene into any target of the caller's device.
@@ -76,6 +84,8 @@ pub struct Renderer {
     buffers: Buffers,
     passes: Vec<ComputePass>,
     draw: DrawTerrain,
+    draw_bounds: Option<DrawBounds>,
+    format: wgpu::TextureFormat,
     state: Option<State>,
     /// Origins of the windows whose samples lie on the GPU, by chart and level. A frame that is prepared
     /// but never recorded leaves nothing behind.
@@ -88,6 +98,9 @@ pub struct Renderer {
     /// Curved surfaces only: what of them the GPU holds.
     curve: Option<curve::CurveState>,
     profiler: Option<GpuProfiler>,
+    watch: Option<watch::Watch>,
+    /// What windows, factors and culling follow instead of the camera that looks.
+    frozen: Option<Camera>,
 }
 
 /// What the last `prepare` left on the GPU.
@@ -160,8 +173,9 @@ impl Renderer {
         let compute = PASSES.iter().filter(|p| (p.needed)(variant) && !matches!(p.dispatch, Dispatch::Draw));
         let passes = compute.map(|spec| ComputePass::new(device, &buffers, spec, variant)).collect();
         let draw = DrawTerrain::new(device, &buffers, format, variant);
+        let draw_bounds = variant.boxes.then(|| DrawBounds::new(device, &buffers, format, variant));
         let curve = terrain.curved.as_ref().map(|c| curve::CurveState::new(c, shape, variant.extent()));
-        Ok(Self {
+        let made = Self {
             device: device.clone(),
             queue: queue.clone(),
             terrain: terrain.clone(),
@@ -171,6 +185,8 @@ impl Renderer {
             buffers,
             passes,
             draw,
+            draw_bounds,
+            format,
             state: None,
             resident: Vec::new(),
             stream: streaming::StreamState::default(),
@@ -179,7 +195,11 @@ impl Renderer {
             staging: Vec::new(),
             curve,
             profiler: None,
-        })
+            watch: None,
+            frozen: None,
+        };
+        made.send_box_arguments();
+        Ok(made)
     }
 
     /// Switches per-pass times on; they stay null where the device has no timestamp queries.
@@ -200,6 +220,12 @@ impl Renderer {
     #[must_use]
     pub fn shape(&self) -> ClipmapShape {
         self.shape
+    }
+
+    /// Patch slots of all levels of all charts: no frame draws more patches.
+    #[must_use]
+    pub fn patch_slots(&self) -> u32 {
+        crate::quads::slots_per_level(self.shape) * self.lanes()
     }
 
     /// Names and bytes of the GPU buffers held.
@@ -263,6 +289,8 @@ impl Renderer {
     pub fn prepare(&mut self, camera: &Camera, size_px: [u32; 2]) -> Result<FrameUpload, RenderError> {
         camera.validate()?;
         let mut upload = FrameUpload::default();
+        let looks = *camera;
+        let camera = &self.frozen.unwrap_or(looks);
         let windows = self.place(camera);
         let windows = self.follow_stream(windows, &mut upload);
         self.missing_levels = upload.levels_missing;
@@ -271,9 +299,11 @@ impl Renderer {
         self.upload_records(&windows, &mut upload);
         self.upload_choice(&windows, size_px, &mut upload);
         let shifted = self.upload_strips(&windows, &mut upload);
-        let state = self.state_for(camera, windows, size_px, &shifted);
-        self.upload_frame(camera, &state, &shifted, size_px);
-        upload.uniform_bytes =
+        self.upload_held_before(&windows, &mut upload);
+        let mut state = self.state_for(camera, windows, size_px, &shifted);
+        state.background = self.background(&looks);
+        self.upload_frame([camera, &looks], &state, &shifted, size_px);
+        upload.uniform_bytes +=
             (size_of::<GpuFrame>() + state.curve.map_or(0, |_| size_of::<GpuCurve>())) as u64;
         self.state = Some(state);
         Ok(upload)
@@ -321,7 +351,17 @@ impl Renderer {
     /// Records the prepared frame: the mesh, then the draw.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, target: Target<'_>) {
         self.record_mesh(encoder);
-        self.record_draw(encoder, target, |draw, pass, buffers| draw.record(pass, buffers));
+        if self.draw_bounds.is_some() {
+            DrawBounds::count(encoder, &self.buffers);
+        }
+        let bounds = self.draw_bounds.as_ref();
+        self.record_draw(encoder, target, |draw, pass, buffers| {
+            draw.record(pass, buffers);
+            if let Some(bounds) = bounds {
+                bounds.record(pass, buffers);
+            }
+        });
+        self.record_watch(encoder);
         if let Some(profiler) = &mut self.profiler {
             profiler.resolve_queries(encoder);
         }
@@ -453,7 +493,12 @@ impl Renderer {
         for pass in &mut self.passes {
             pass.rebind(&self.device, &self.buffers);
         }
-        self.draw.rebind(&self.device, &self.buffers);
+        self.make_view_frame();
+        self.rebind_draws();
+        self.send_box_arguments();
+        if self.watch.is_some() {
+            self.watch();
+        }
         // The new buffers are empty: everything is sent again with the next frame.
         self.forget_windows();
         Ok(true)

@@ -1,12 +1,17 @@
 //! What is to be drawn: the terrain and how. `plan` turns it into passes and memory.
 
 mod curved;
+mod height;
+mod pick;
+mod pose;
 
 use std::sync::Arc;
 
 use glam::DVec3;
 
 pub use self::curved::{BLEND_CELLS, BaseFitError, Curved, facing};
+pub use self::height::Spot;
+pub(crate) use self::height::{Cell, Triangle};
 use crate::camera::Camera;
 use crate::clipmap::{ChartGraph, ClipmapError, ClipmapShape};
 use crate::heights::{Degrees, HeightGrid, PositionGrid};
@@ -244,6 +249,10 @@ pub enum ColorMode {
     Elevation,
     /// Slope ramp, 0 to 90 degrees.
     Slope,
+    /// Bound on the screen-space error of every patch, pixels, on a logarithmic ramp.
+    Error,
+    /// What this frame refilled.
+    Refill,
 }
 
 /// How finely patches are divided.
@@ -280,6 +289,8 @@ pub struct Scene {
     pub color: ColorMode,
     /// Draw triangle edges.
     pub wireframe: bool,
+    /// Draw the bounds of the patches that are drawn, as culling sees them.
+    pub bounds: bool,
     /// Move vertices near a level's perimeter towards the coarser level.
     pub morph: bool,
     /// Distance fog (shaded colouring only).
@@ -303,6 +314,7 @@ impl Default for Scene {
             levels: None,
             color: ColorMode::Shaded,
             wireframe: false,
+            bounds: false,
             morph: false,
             fog: true,
             factors: Factors::Uniform,
@@ -315,6 +327,12 @@ impl Default for Scene {
 }
 
 impl Scene {
+    /// True when blocks' deviations are looked at: by the factors or by the colouring. Windows are whole blocks
+    /// then.
+    pub(crate) fn needs_deviations(&self) -> bool {
+        self.factors.by_error() || self.color == ColorMode::Error
+    }
+
     /// The clipmap's shape over a terrain.
     ///
     /// # Errors
@@ -324,7 +342,7 @@ impl Scene {
         if terrain.curved.is_some() && self.n < 31 {
             return Err(ClipmapError::GluedWindowSize { n: self.n, least: 31 });
         }
-        if !self.factors.by_error() {
+        if !self.needs_deviations() {
             return terrain.graph().shape(self.n, self.levels);
         }
         let refused = |why| Err(ClipmapError::NoDeviations { why });

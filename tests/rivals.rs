@@ -37,7 +37,8 @@ fn lab(gpu: &Gpu, terrain: &Terrain, cull: bool) -> Lab {
 fn draw(gpu: &Gpu, rival: &mut dyn Rival, camera: &Camera, target: &Offscreen) {
     rival.prepare(camera, SIZE).expect("a frame");
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    rival.record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true });
+    rival
+        .record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true, area: None });
     gpu.queue.submit([encoder.finish()]);
 }
 
@@ -228,7 +229,10 @@ fn a_smooth_ridge_takes_few_triangles() {
         let mut rival = lab.make(method, detail).unwrap();
         rival.prepare(&camera, size).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        rival.record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true });
+        rival.record(
+            &mut encoder,
+            Target { color: &target.color, depth: &target.depth, clear: true, area: None },
+        );
         gpu.queue.submit([encoder.finish()]);
         rival
     };

@@ -10,7 +10,7 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use tessclip::gpu::{
     Counters, GpuChoice, GpuControlQuad, GpuFrame, Ground, PatchRecord, by_error_sources, rival_sources,
-    shader_sources,
+    shader_sources, view_sources,
 };
 use tessclip::reference::Vertex;
 
@@ -26,7 +26,7 @@ fn validate(text: &str) -> Result<naga::Module, String> {
 /// The module with its overrides set, as the pipeline compiles it.
 fn variants(text: &str) -> Vec<String> {
     let mut out = vec![text.to_string()];
-    for name in ["MORPH", "HAS_VOIDS", "FOG", "SHORT", "CULL", "HORIZON", "NORMALS"] {
+    for name in ["MORPH", "HAS_VOIDS", "FOG", "SHORT", "CULL", "HORIZON", "NORMALS", "BY_ERROR"] {
         if !text.contains(&format!("override {name}:")) {
             continue;
         }
@@ -49,7 +49,7 @@ fn variants(text: &str) -> Vec<String> {
     }
     out.iter()
         .flat_map(|t| {
-            (0..5).map(|mode| {
+            (0..7).map(|mode| {
                 t.replace("override COLOR_MODE: u32 = 0u;", &format!("const COLOR_MODE: u32 = {mode}u;"))
             })
         })
@@ -70,8 +70,8 @@ fn every_variant_of_every_shader_is_valid() {
         }
     }
     // By pass: SHORT; none; MORPH, CULL and on a curved surface HORIZON; none; HAS_VOIDS, MORPH and on a
-    // plane NORMALS; FOG and five colourings; and without bounds MORPH and CULL.
-    assert_eq!(count, 3 * (2 + 1 + 1 + 10 + 4) + (4 + 8 + 8) + (8 + 4 + 4));
+    // plane NORMALS; FOG and seven colourings; and without bounds MORPH and CULL.
+    assert_eq!(count, 3 * (2 + 1 + 1 + 14 + 4) + (4 + 8 + 8) + (8 + 4 + 4));
 }
 
 #[test]
@@ -198,6 +198,17 @@ fn the_modules_of_factors_by_error_are_valid() {
     let (members, size) = wgsl_layout(&module, "Choice").expect("present");
     // What is left at the end is two words there and one array here.
     assert_eq!((&members[..5], size), (&rust.0[..5], rust.1));
+}
+
+#[test]
+fn the_modules_of_other_views_are_valid() {
+    for source in view_sources() {
+        for ground in [Ground::Plane, Ground::Curved, Ground::Points] {
+            for variant in variants(&source.text(ground)) {
+                validate(&variant).unwrap_or_else(|e| panic!("{} {ground:?}: {e}", source.stem));
+            }
+        }
+    }
 }
 
 #[test]

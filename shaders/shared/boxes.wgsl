@@ -23,3 +23,13 @@ fn box_over(level: u32, rect_lo: vec2<i32>, rect_hi: vec2<i32>) -> Box {
     }
     return box;
 }
+
+// What geomorph may add to a patch: the coarser level's nodes around it.
+fn coarse_box(level: u32, base_lo: vec2<i32>, base_hi: vec2<i32>) -> Box {
+    if level + 1u >= frame.level_count {
+        return empty_box();
+    }
+    let lo = (base_lo >> vec2<u32>(level + 1u)) - vec2<i32>(1i);
+    let hi = (base_hi >> vec2<u32>(level + 1u)) + vec2<i32>(2i);
+    return box_over(level + 1u, lo, hi);
+}

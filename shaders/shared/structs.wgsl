@@ -52,6 +52,10 @@ struct Box {
     hi: vec3<f32>,
 }
 
+fn joined(a: Box, b: Box) -> Box {
+    return Box(min(a.lo, b.lo), max(a.hi, b.hi));
+}
+
 // Who owns a vertex, once its chart is the current one.
 struct Owner {
     level: u32,
@@ -65,7 +69,7 @@ struct PatchRecord {
     outer_we: u32,     // west span | east span << 16
     first_vertex: u32,
     first_index: u32,
-    visible: u32,
+    visible: u32,      // 1 when seen; bits 8 to 15: its mark, where the colouring asks for one
 }
 
 // A vertex that a divided side adds to a patch's grid: its side, its cell along it and its place among the
@@ -104,7 +108,7 @@ struct Vertex {
     x: f32, // metres from the anchor along the world's axes: on a plane east,
     y: f32, // north,
     z: f32, // and up
-    packed: u32, // octahedral normal 2 x 12 bits | level << 24 | kind << 29
+    packed: u32, // octahedral normal 2 x 12 bits | level << 24 | kind << 29, or | mark << 24
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -24,8 +24,16 @@ pub struct Buffers {
     pub indices: wgpu::Buffer,
     /// Curved surfaces only.
     pub curved: Option<CurvedBuffers>,
+    /// Where blocks have deviations only.
+    pub deviations: Option<DeviationBuffers>,
     /// Where factors go by error only.
     pub by_error: Option<ByErrorBuffers>,
+    /// Where what a frame refills is marked only.
+    pub held_before: Option<wgpu::Buffer>,
+    /// Where bounds are drawn only.
+    pub box_arguments: Option<wgpu::Buffer>,
+    /// While culling follows another camera than the one that looks only: the latter's frame.
+    pub view_frame: Option<wgpu::Buffer>,
     pub capacity: Capacity,
 }
 
@@ -46,12 +54,18 @@ pub struct CurvedBuffers {
     pub shades: wgpu::Buffer,
 }
 
+/// What errors on screen follow from.
+#[derive(Debug)]
+#[allow(missing_docs, reason = "named as the bindings, which the shaders document")]
+pub struct DeviationBuffers {
+    pub choice: wgpu::Buffer,
+    pub deviations: wgpu::Buffer,
+}
+
 /// What factors by error need besides.
 #[derive(Debug)]
 #[allow(missing_docs, reason = "named as the bindings, which the shaders document")]
 pub struct ByErrorBuffers {
-    pub choice: wgpu::Buffer,
-    pub deviations: wgpu::Buffer,
     pub wishes: wgpu::Buffer,
     pub weights: wgpu::Buffer,
 }
@@ -94,11 +108,19 @@ impl Buffers {
                 shades: make("shades", U::STORAGE | U::VERTEX)?,
             }),
         };
+        let deviations = match extent.deviations {
+            false => None,
+            true => Some(DeviationBuffers {
+                choice: make("choice", U::UNIFORM | U::COPY_DST)?,
+                deviations: make("deviations", host)?,
+            }),
+        };
+        let held_before = extent.refill.then(|| make("held_before", U::UNIFORM | U::COPY_DST)).transpose()?;
+        let box_arguments =
+            extent.boxes.then(|| make("box_arguments", U::INDIRECT | U::COPY_DST)).transpose()?;
         let by_error = match extent.by_error {
             false => None,
             true => Some(ByErrorBuffers {
-                choice: make("choice", U::UNIFORM | U::COPY_DST)?,
-                deviations: make("deviations", host)?,
                 wishes: make("wishes", U::STORAGE)?,
                 weights: make("weights", U::STORAGE)?,
             }),
@@ -117,7 +139,11 @@ impl Buffers {
             vertices: make("vertices", U::STORAGE | U::VERTEX)?,
             indices: make("indices", U::STORAGE | U::INDEX)?,
             curved,
+            deviations,
             by_error,
+            held_before,
+            box_arguments,
+            view_frame: None,
             capacity,
         })
     }
@@ -148,14 +174,15 @@ impl Buffers {
             ]);
             all.extend(c.records.as_ref().map(|b| ("records", b)));
         }
-        if let Some(b) = &self.by_error {
-            all.extend([
-                ("choice", &b.choice),
-                ("deviations", &b.deviations),
-                ("wishes", &b.wishes),
-                ("weights", &b.weights),
-            ]);
+        if let Some(b) = &self.deviations {
+            all.extend([("choice", &b.choice), ("deviations", &b.deviations)]);
         }
+        if let Some(b) = &self.by_error {
+            all.extend([("wishes", &b.wishes), ("weights", &b.weights)]);
+        }
+        all.extend(self.held_before.as_ref().map(|b| ("held_before", b)));
+        all.extend(self.box_arguments.as_ref().map(|b| ("box_arguments", b)));
+        all.extend(self.view_frame.as_ref().map(|b| ("view_frame", b)));
         all
     }
 

@@ -83,19 +83,37 @@ impl Gpu {
     }
 
     async fn open() -> Result<Self, GpuError> {
-        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        let instance = Self::instance(wgpu::InstanceDescriptor::new_without_display_handle());
+        Ok(Self::on(&instance, None).await?.0)
+    }
+
+    /// The instance that devices are opened from, after our habits and the environment's; a window's host gives
+    /// the display handle with the descriptor.
+    #[must_use]
+    pub fn instance(mut descriptor: wgpu::InstanceDescriptor) -> wgpu::Instance {
         // Our indirect arguments are written by our own passes and clamped there; wgpu's check of them
         // is an extra pass a frame. The environment may switch it back on.
         descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
         descriptor.flags = descriptor.flags.with_env();
         // OpenGL has no place here (its adapters lack what WebGPU guarantees), unless asked for.
         descriptor.backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
-        let instance = wgpu::Instance::new(descriptor);
+        wgpu::Instance::new(descriptor)
+    }
+
+    /// As [`Gpu::new`], from a given instance; where a surface is given, on an adapter that can present to it.
+    ///
+    /// # Errors
+    /// As [`Gpu::new`].
+    pub async fn on(
+        instance: &wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+    ) -> Result<(Self, wgpu::Adapter), GpuError> {
         let adapter = match std::env::var("WGPU_ADAPTER_NAME") {
-            Ok(wanted) => Self::named(&instance, &wanted).await?,
+            Ok(wanted) => Self::named(instance, &wanted).await?,
             Err(_) => {
                 let options = wgpu::RequestAdapterOptions {
                     power_preference: wgpu::PowerPreference::HighPerformance,
+                    compatible_surface: surface,
                     ..Default::default()
                 };
                 instance.request_adapter(&options).await.map_err(|_| GpuError::NoAdapter)?
@@ -138,7 +156,7 @@ impl Gpu {
                 fault(&text);
             }
         }));
-        Ok(Self { device, queue, info, lost })
+        Ok((Self { device, queue, info, lost }, adapter))
     }
 
     /// True when the device is gone (driver reset, adapter removed): open another, and make renderers and

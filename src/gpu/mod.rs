@@ -12,7 +12,7 @@ pub(crate) mod shaders;
 mod sizes;
 
 pub(crate) use buffers::most_bytes;
-pub use buffers::{Buffers, ByErrorBuffers, CurvedBuffers};
+pub use buffers::{Buffers, ByErrorBuffers, CurvedBuffers, DeviationBuffers};
 pub(crate) use curve::packed_charts;
 pub use curve::{GpuChart, GpuCurve, GpuCurveLevel};
 pub use device::{Gpu, GpuError};
@@ -20,6 +20,8 @@ pub use layouts::{Counters, GpuChoice, GpuControlQuad, GpuFrame, PatchRecord};
 pub use offscreen::Offscreen;
 pub use passes::Variant;
 pub use readback::{GpuMesh, read_buffer};
-pub use shaders::{Ground, ShaderModuleSource, by_error_sources, rival_sources, shader_sources};
-pub(crate) use sizes::bounds_side;
+pub use shaders::{
+    Ground, ShaderModuleSource, by_error_sources, rival_sources, shader_sources, view_sources,
+};
 pub use sizes::{BufferSize, Capacity, Extent, buffer_sizes};
+pub(crate) use sizes::{MAX_LANES, bounds_side};

@@ -9,7 +9,7 @@ use super::readback::mapped;
 pub struct Offscreen {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Colour view, [`Offscreen::FORMAT`].
+    /// Colour view, of [`Offscreen::FORMAT`] where nothing else was asked for.
     pub color: wgpu::TextureView,
     /// Depth view, `Depth32Float`, reversed.
     pub depth: wgpu::TextureView,
@@ -26,12 +26,27 @@ impl Offscreen {
     /// # Errors
     /// When a side is zero or larger than the device allows.
     pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Result<Self, GpuError> {
+        Self::with_format(device, size, Self::FORMAT, None)
+    }
+
+    /// As [`Offscreen::new`], with another colour format of 8 bits a channel, red or blue first, and perhaps one that
+    /// it can be seen as besides ([`Offscreen::seen_as`]), which not every device allows.
+    ///
+    /// # Errors
+    /// As [`Offscreen::new`].
+    pub fn with_format(
+        device: &wgpu::Device,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+        seen_as: Option<wgpu::TextureFormat>,
+    ) -> Result<Self, GpuError> {
         let most = device.limits().max_texture_dimension_2d;
         let bytes = u64::from(size[0] * 4).next_multiple_of(256) * u64::from(size[1]);
         if size.contains(&0) || size[0].max(size[1]) > most || bytes > device.limits().max_buffer_size {
             return Err(GpuError::PictureSize { width: size[0], height: size[1], most });
         }
-        let make = |label, format, usage| {
+        let seen_as: Vec<wgpu::TextureFormat> = seen_as.into_iter().collect();
+        let make = |label, format, usage, view_formats: &[wgpu::TextureFormat]| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
@@ -40,11 +55,16 @@ impl Offscreen {
                 dimension: wgpu::TextureDimension::D2,
                 format,
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
-                view_formats: &[],
+                view_formats,
             })
         };
-        let texture = make("offscreen color", Self::FORMAT, wgpu::TextureUsages::COPY_SRC);
-        let depth = make("offscreen depth", DEPTH_FORMAT, wgpu::TextureUsages::COPY_SRC);
+        let texture = make(
+            "offscreen color",
+            format,
+            wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST,
+            &seen_as,
+        );
+        let depth = make("offscreen depth", DEPTH_FORMAT, wgpu::TextureUsages::COPY_SRC, &[]);
         Ok(Self {
             size,
             color: texture.create_view(&wgpu::TextureViewDescriptor::default()),
@@ -54,12 +74,32 @@ impl Offscreen {
         })
     }
 
-    /// The picture as RGBA bytes (sRGB), rows from the top.
+    /// The colour texture, which takes copies.
+    #[must_use]
+    pub fn texture(&self) -> &wgpu::Texture {
+        &self.texture
+    }
+
+    /// The colour texture seen as another format: its own, or that without sRGB's curve.
+    #[must_use]
+    pub fn seen_as(&self, format: wgpu::TextureFormat) -> wgpu::TextureView {
+        let seen = wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() };
+        self.texture.create_view(&seen)
+    }
+
+    /// The picture as RGBA bytes (sRGB), rows from the top, whatever the format's order.
     ///
     /// # Errors
     /// When the device fails.
     pub fn read_rgba(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<u8>, GpuError> {
-        self.read(device, queue, &self.texture)
+        let mut bytes = self.read(device, queue, &self.texture)?;
+        if matches!(
+            self.texture.format(),
+            wgpu::TextureFormat::Bgra8Unorm | wgpu::TextureFormat::Bgra8UnormSrgb
+        ) {
+            bytes.chunks_exact_mut(4).for_each(|p| p.swap(0, 2));
+        }
+        Ok(bytes)
     }
 
     /// The depth picture, rows from the top: near plane's distance / distance along the view, 0 where nothing

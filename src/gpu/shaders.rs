@@ -41,6 +41,8 @@ pub struct ShaderModuleSource {
     plane: &'static [Part],
     curved: &'static [Part],
     points: &'static [Part],
+    /// What every ground has besides.
+    more: &'static [Part],
 }
 
 impl ShaderModuleSource {
@@ -73,6 +75,7 @@ impl ShaderModuleSource {
                 parts.extend(self.points);
             }
         }
+        parts.extend(self.more);
         parts.push(self.text);
         parts
     }
@@ -84,6 +87,7 @@ pub(crate) const DISPLACE_SAMPLES: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("plane/store")],
     curved: &[text!("curved/shade"), text!("curved/store_heights")],
     points: &[text!("curved/shade"), text!("curved/store_points")],
+    more: &[],
 };
 pub(crate) const BOUND_BLOCKS: ShaderModuleSource = ShaderModuleSource {
     stem: "bound_blocks",
@@ -91,6 +95,7 @@ pub(crate) const BOUND_BLOCKS: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("plane/bound")],
     curved: &[text!("curved/bound")],
     points: &[text!("curved/bound")],
+    more: &[],
 };
 pub(crate) const CULL_QUADS: ShaderModuleSource = ShaderModuleSource {
     stem: "cull_quads",
@@ -98,6 +103,7 @@ pub(crate) const CULL_QUADS: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("shared/boxes"), text!("plane/bounds")],
     curved: &[text!("shared/boxes"), text!("curved/bounds")],
     points: &[text!("shared/boxes"), text!("curved/bounds")],
+    more: &[],
 };
 /// As [`CULL_QUADS`], where nothing is culled and no patch can be all void: no bounds are made or read.
 pub(crate) const CULL_QUADS_UNBOUNDED: ShaderModuleSource = ShaderModuleSource {
@@ -112,6 +118,7 @@ pub(crate) const COMPACT_PATCHES: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("uniform/edges")],
     curved: &[text!("uniform/edges")],
     points: &[text!("uniform/edges")],
+    more: &[],
 };
 pub(crate) const EXPAND_PATCHES: ShaderModuleSource = ShaderModuleSource {
     stem: "expand_patches",
@@ -119,6 +126,7 @@ pub(crate) const EXPAND_PATCHES: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("uniform/edges"), text!("plane/positions"), text!("plane/put_vertex")],
     curved: &[text!("uniform/edges"), text!("curved/positions")],
     points: &[text!("uniform/edges"), text!("curved/positions")],
+    more: &[text!("marks/block")],
 };
 pub(crate) const DRAW_TERRAIN: ShaderModuleSource = ShaderModuleSource {
     stem: "draw_terrain",
@@ -126,6 +134,7 @@ pub(crate) const DRAW_TERRAIN: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("shared/shading"), text!("plane/relief")],
     curved: &[text!("shared/shading"), text!("curved/relief")],
     points: &[text!("shared/shading"), text!("curved/relief")],
+    more: &[],
 };
 
 // Where factors go by error.
@@ -145,6 +154,7 @@ pub(crate) const WISH_FACTORS: ShaderModuleSource = ShaderModuleSource {
         text!("factors/blocks"),
         text!("curved/deviate"),
     ],
+    more: &[text!("factors/screen")],
 };
 pub(crate) const WEIGH_FACTORS: ShaderModuleSource = ShaderModuleSource {
     stem: "weigh_factors",
@@ -152,6 +162,7 @@ pub(crate) const WEIGH_FACTORS: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("factors/blocks")],
     curved: &[text!("factors/blocks")],
     points: &[text!("factors/blocks")],
+    more: &[],
 };
 pub(crate) const SET_FACTORS: ShaderModuleSource =
     ShaderModuleSource { stem: "set_factors", text: text!("set_factors"), ..WEIGH_FACTORS };
@@ -168,6 +179,37 @@ pub(crate) const EXPAND_PATCHES_BY_ERROR: ShaderModuleSource = ShaderModuleSourc
     ..EXPAND_PATCHES
 };
 
+// Where the colouring shows more than level and kind.
+pub(crate) const MARK_PATCHES: ShaderModuleSource =
+    ShaderModuleSource { stem: "mark_patches", text: text!("mark_patches"), ..WISH_FACTORS };
+const MARKS_ERROR: &[Part] = &[text!("marks/error")];
+const MARKS_REFILL: &[Part] = &[text!("marks/refill")];
+/// The expansion whose vertices carry their patch's mark.
+pub(crate) const EXPAND_PATCHES_MARKED: [ShaderModuleSource; 2] = [
+    ShaderModuleSource { more: MARKS_ERROR, ..EXPAND_PATCHES },
+    ShaderModuleSource { more: MARKS_ERROR, ..EXPAND_PATCHES_BY_ERROR },
+];
+/// The expansion whose vertices tell whether this frame brought them.
+pub(crate) const EXPAND_PATCHES_REFILL: [ShaderModuleSource; 2] = [
+    ShaderModuleSource { more: MARKS_REFILL, ..EXPAND_PATCHES },
+    ShaderModuleSource { more: MARKS_REFILL, ..EXPAND_PATCHES_BY_ERROR },
+];
+pub(crate) const DRAW_BOUNDS: ShaderModuleSource = ShaderModuleSource {
+    stem: "draw_bounds",
+    text: text!("draw_bounds"),
+    plane: &[text!("shared/boxes"), text!("plane/bounds"), text!("shared/shading")],
+    curved: &[text!("shared/boxes"), text!("curved/bounds"), text!("shared/shading")],
+    points: &[text!("shared/boxes"), text!("curved/bounds"), text!("shared/shading")],
+    more: &[],
+};
+
+/// Modules of what can be looked at besides the terrain itself.
+#[must_use]
+pub fn view_sources() -> [ShaderModuleSource; 6] {
+    let ([a, b], [c, d]) = (EXPAND_PATCHES_MARKED, EXPAND_PATCHES_REFILL);
+    [MARK_PATCHES, a, b, c, d, DRAW_BOUNDS]
+}
+
 /// Modules of scenes whose factors go by error.
 #[must_use]
 pub fn by_error_sources() -> [ShaderModuleSource; 5] {
@@ -181,6 +223,7 @@ pub(crate) const RIVAL_MESH: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("shared/shading"), text!("plane/relief"), text!("draw_terrain"), text!("plane/positions")],
     curved: &[],
     points: &[],
+    more: &[],
 };
 /// As [`RIVAL_MESH`], for clipmaps.
 pub(crate) const RIVAL_CLIPMAPS: ShaderModuleSource =

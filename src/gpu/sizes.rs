@@ -5,9 +5,12 @@ use serde::Serialize;
 use super::curve::{GpuChart, GpuCurve};
 use super::layouts::{Counters, GpuChoice, GpuControlQuad, GpuFrame, PatchRecord};
 use super::shaders::Ground;
-use crate::clipmap::ClipmapShape;
+use crate::clipmap::{ClipmapShape, MAX_CHARTS, MAX_LEVELS};
 use crate::quads::{CONTROL_POINTS, PATCH_CELLS, QUADS_PER_LEVEL, slots_per_level};
 use crate::surface::{ANCHOR_WORDS, RECORD_WORDS};
+
+/// Most lanes there are: levels of all charts.
+pub(crate) const MAX_LANES: usize = MAX_CHARTS * MAX_LEVELS as usize;
 
 /// Room for expanded vertices and indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,8 +84,14 @@ pub struct Extent {
     pub short: bool,
     /// Blocks of samples have bounds.
     pub bounds: bool,
-    /// Patches are divided by their deviation.
+    /// Blocks have deviations.
+    pub deviations: bool,
+    /// Patches are divided by them.
     pub by_error: bool,
+    /// What a frame refills is marked.
+    pub refill: bool,
+    /// Bounds of visible patches are drawn.
+    pub boxes: bool,
     /// Cells of a block of the base surface, a power of two.
     pub block_cells: u32,
 }
@@ -94,7 +103,10 @@ impl Extent {
         charts: 1,
         short: false,
         bounds: true,
+        deviations: false,
         by_error: false,
+        refill: false,
+        boxes: false,
         block_cells: 16,
     };
 
@@ -182,14 +194,18 @@ pub fn buffer_sizes(shape: ClipmapShape, extent: Extent, capacity: Capacity) -> 
         let records = u64::from(extent.record_side(shape)).pow(2);
         sizes.push(("records", lanes * records * RECORD_WORDS as u64 * 16));
     }
+    let blocks = lanes * u64::from((shape.n() + 1) / PATCH_CELLS).pow(2);
+    if extent.deviations {
+        sizes.extend([("choice", size_of::<GpuChoice>() as u64), ("deviations", blocks * 12)]);
+    }
     if extent.by_error {
-        let blocks = lanes * u64::from((shape.n() + 1) / PATCH_CELLS).pow(2);
-        sizes.extend([
-            ("choice", size_of::<GpuChoice>() as u64),
-            ("deviations", blocks * 12),
-            ("wishes", blocks * 4),
-            ("weights", 256 * 4),
-        ]);
+        sizes.extend([("wishes", blocks * 4), ("weights", 256 * 4)]);
+    }
+    if extent.refill {
+        sizes.push(("held_before", (MAX_LANES * size_of::<[i32; 4]>()) as u64));
+    }
+    if extent.boxes {
+        sizes.push(("box_arguments", 16));
     }
     sizes.into_iter().map(|(name, bytes)| BufferSize { name, bytes: bytes.max(16) }).collect()
 }

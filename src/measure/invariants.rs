@@ -274,7 +274,8 @@ pub fn draw(
 ) -> Result<(), RenderError> {
     renderer.prepare(camera, target.size)?;
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    renderer.record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true });
+    renderer
+        .record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true, area: None });
     gpu.queue.submit([encoder.finish()]);
     Ok(())
 }

@@ -109,7 +109,7 @@ fn draw_into(
 ) -> Result<(), StabilityError> {
     renderer.prepare(camera, target.size)?;
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    renderer.record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear });
+    renderer.record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear, area: None });
     gpu.queue.submit([encoder.finish()]);
     Ok(())
 }

@@ -30,6 +30,10 @@ pub(super) fn left_out(
         }
     };
     let extent = variant.extent();
+    let boxes = "drawn bounds";
+    leave(!variant.boxes, boxes, "not asked for (--bounds): no boxes are drawn".into());
+    let marked = matches!(variant.color, ColorMode::Error | ColorMode::Refill);
+    leave(!marked, "marks", "only the colourings error and refill have them: no pass, no binding".into());
     let bytes = |extent: Extent, names: &[&str]| -> u64 {
         let all = buffer_sizes(shape, extent, capacity);
         all.iter().filter(|s| names.contains(&s.name)).map(|s| s.bytes).sum()

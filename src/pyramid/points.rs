@@ -10,7 +10,7 @@ use crate::surface::SampledSurface;
 #[derive(Clone, Debug)]
 pub struct PointHeights {
     surface: Arc<SampledSurface>,
-    range: Option<[f32; 2]>,
+    bounds_m: Option<[[f64; 3]; 2]>,
     deviations: OnceLock<Deviations>,
 }
 
@@ -18,8 +18,14 @@ impl PointHeights {
     /// Wraps a grid of positions.
     #[must_use]
     pub fn new(surface: Arc<SampledSurface>) -> Self {
-        let range = surface.grid().bounds_m().map(|[low, high]| [low[2] as f32, high[2] as f32]);
-        Self { surface, range, deviations: OnceLock::new() }
+        let bounds_m = surface.grid().bounds_m();
+        Self { surface, bounds_m, deviations: OnceLock::new() }
+    }
+
+    /// Lowest and highest x, y and z of all positions, world metres; `None` when all are void.
+    #[must_use]
+    pub fn bounds_m(&self) -> Option<[[f64; 3]; 2]> {
+        self.bounds_m
     }
 
     /// Of each coordinate as if it were a height, then of the position: the root of the sum of their squares.
@@ -81,6 +87,6 @@ impl SampleSource for PointHeights {
     }
 
     fn height_range(&self) -> Option<[f32; 2]> {
-        self.range
+        self.bounds_m.map(|[low, high]| [low[2] as f32, high[2] as f32])
     }
 }

@@ -29,10 +29,10 @@ impl Renderer {
 
     /// Sends the limits, and the deviations of blocks that the windows did not hold before.
     pub(super) fn upload_choice(&self, windows: &ChartWindows, size_px: [u32; 2], upload: &mut FrameUpload) {
-        let (Some(buffers), Factors::ByError { pixel_error, budget }) =
-            (&self.buffers.by_error, self.scene.factors)
-        else {
-            return;
+        let Some(buffers) = &self.buffers.deviations else { return };
+        let (pixel_error, budget) = match self.scene.factors {
+            Factors::ByError { pixel_error, budget } => (pixel_error, budget),
+            Factors::Uniform => (None, None),
         };
         let choice = GpuChoice {
             half_px: size_px.map(|v| v as f32 * 0.5),

@@ -1,5 +1,7 @@
 //! What `prepare` sends: control data, refill strips and the frame uniform, and what the ledger learns of it.
 
+use bytemuck::Zeroable as _;
+
 use super::{Renderer, State};
 use crate::camera::Camera;
 use crate::clipmap::{ChartWindows, Strip, height_bound, refill_from};
@@ -153,15 +155,11 @@ impl Renderer {
 
     pub(super) fn upload_frame(
         &self,
-        camera: &Camera,
+        [camera, looks]: [&Camera; 2],
         state: &State,
         shifted: &[(usize, u32)],
         size_px: [u32; 2],
     ) {
-        // Exact in f32, and what it leaves is the matrix' translation: see shading.wgsl.
-        let near = (camera.eye_m - state.anchor_m).as_vec3();
-        let clip = self.clip(camera, state.anchor_m + near.as_dvec3(), size_px);
-        let sun = super::sun_direction(&self.scene);
         let first = &state.windows.charts[0];
         let mut origins = [[0; 4]; crate::clipmap::MAX_LEVELS as usize];
         for (slot, origin) in origins.iter_mut().zip(&first.origins) {
@@ -175,14 +173,10 @@ impl Renderer {
             Some(curved) => curved.height_range(),
             None => self.terrain.source.height_range(),
         };
+        let followed = self.seen_by(camera, state, size_px);
         let frame = GpuFrame {
-            clip_from_near: clip.as_mat4().to_cols_array_2d(),
             planes: state.frustum.planes,
-            eye_from_anchor_m: near.to_array(),
-            fog_per_m: if self.scene.fog { self.fog_per_m(camera) as f32 } else { 0.0 },
-            sun_direction: (camera.axes * sun).as_vec3().to_array(),
             ambient: 0.30,
-            fog_color: self.background(camera),
             anchor_height_m: plane.map_or(0.0, |p| p.anchor_height_m),
             height_range_m: range.unwrap_or([0.0, 1.0]),
             sample_step_m: self.terrain.source.step_m().unwrap_or(1.0),
@@ -200,11 +194,56 @@ impl Renderer {
             index_capacity: self.buffers.capacity.indices,
             shifted_levels: shifted.iter().filter(|(c, _)| *c == 0).fold(0, |bits, (_, l)| bits | 1 << l),
             origins,
+            ..followed
         };
         self.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
+        if let Some(view) = &self.buffers.view_frame {
+            let seen = self.seen_by(looks, state, size_px);
+            let frame = GpuFrame {
+                clip_from_near: seen.clip_from_near,
+                eye_from_anchor_m: seen.eye_from_anchor_m,
+                fog_per_m: seen.fog_per_m,
+                sun_direction: seen.sun_direction,
+                fog_color: seen.fog_color,
+                ..frame
+            };
+            self.queue.write_buffer(view, 0, bytemuck::bytes_of(&frame));
+        }
         if let (Some(curved), Some(curve)) = (&self.buffers.curved, &state.curve) {
             self.queue.write_buffer(&curved.curve, 0, bytemuck::bytes_of(curve));
         }
+    }
+
+    /// What of a frame follows from a camera alone; the rest is zero.
+    fn seen_by(&self, camera: &Camera, state: &State, size_px: [u32; 2]) -> GpuFrame {
+        // Exact in f32, and what it leaves is the matrix' translation: see shading.wgsl.
+        let near = (camera.eye_m - state.anchor_m).as_vec3();
+        let clip = self.clip(camera, state.anchor_m + near.as_dvec3(), size_px);
+        GpuFrame {
+            clip_from_near: clip.as_mat4().to_cols_array_2d(),
+            eye_from_anchor_m: near.to_array(),
+            fog_per_m: if self.scene.fog { self.fog_per_m(camera) as f32 } else { 0.0 },
+            sun_direction: (camera.axes * super::sun_direction(&self.scene)).as_vec3().to_array(),
+            fog_color: self.background(camera),
+            ..GpuFrame::zeroed()
+        }
+    }
+
+    /// What the windows held before this frame, by lane: where the colouring shows what it refills.
+    pub(super) fn upload_held_before(&self, new: &ChartWindows, upload: &mut FrameUpload) {
+        let Some(buffer) = &self.buffers.held_before else { return };
+        let levels = self.shape.levels();
+        let mut all = [[0, 0, -1, -1]; crate::gpu::MAX_LANES];
+        for chart in 0..new.charts.len() {
+            for level in 0..levels {
+                if let Some(held) = self.held_window(chart, level) {
+                    all[chart * levels as usize + level as usize] =
+                        [held.lo[0], held.lo[1], held.hi[0], held.hi[1]];
+                }
+            }
+        }
+        self.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&all));
+        upload.uniform_bytes += size_of_val(&all) as u64;
     }
 
     /// Where height 0 lies in the range of a globe's heights, when some of it lies under water.

@@ -14,7 +14,7 @@ use crate::gpu::{GpuError, GpuFrame, Ground as Samples, read_buffer, shaders};
 use crate::plan::variant;
 use crate::reference::Frustum;
 use crate::renderer::{PlaneStand, Target, clip, fog_per_m, sun_direction};
-use crate::scene::{Scene, Terrain};
+use crate::scene::{ColorMode, Scene, Terrain};
 
 /// A vertex of a grid of samples (`vs_patch`): its place follows from its number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -251,7 +251,13 @@ impl Stage {
         buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
         strips: bool,
     ) -> MeshPipeline {
-        let constants = (SPEC.constants)(variant(&self.scene, &self.terrain));
+        // Marks of errors and refills are ours alone: the others show their levels instead.
+        let color = match self.scene.color {
+            ColorMode::Error | ColorMode::Refill => ColorMode::Levels,
+            color => color,
+        };
+        let scene = Scene { color, ..self.scene.clone() };
+        let constants = (SPEC.constants)(variant(&scene, &self.terrain));
         let drawing = Drawing { vertex: entry, buffers, constants: &constants, strips, ..Drawing::default() };
         let module = create_module(&self.device, source, Samples::Plane);
         let pipeline = terrain_pipeline(&self.device, self.format, &module, &drawing);

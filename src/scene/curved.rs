@@ -1,10 +1,13 @@
 //! Terrain on a curved base surface: its charts, their samples, and poses on it.
 
+mod poses;
+
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
+use self::poses::Poses;
 use crate::camera::Camera;
 use crate::clipmap::{ChartGraph, Lattice, thirds};
 use crate::heights::{HeightGrid, PositionGrid};
@@ -73,17 +76,6 @@ pub enum BaseFitError {
         "base sampled needs positions (a three-band float TIFF, or procedural:overhang or fold), not heights"
     )]
     NeedsPositions,
-}
-
-/// How the numbers of a pose are meant.
-#[derive(Clone, Debug)]
-enum Poses {
-    /// Degrees of longitude and latitude, metres above the ellipsoid.
-    Geodetic(Ellipsoid),
-    /// The DEM's own coordinates, metres above the base surface.
-    Chart { surface: Arc<dyn Surface>, native: [[f64; 2]; 2], uv: [[f64; 2]; 2], cells: [f64; 2] },
-    /// World metres.
-    World,
 }
 
 /// A curved base surface with samples on it.
@@ -231,7 +223,13 @@ impl Curved {
             globe: None,
             whole: None,
             exaggeration: 1.0,
-            poses: Poses::Chart { surface, native, uv: [origin, step], cells: cells.map(f64::from) },
+            poses: Poses::Chart {
+                surface,
+                native,
+                uv: [origin, step],
+                cells: cells.map(f64::from),
+                degrees: grid.georeference.degrees.is_some(),
+            },
         })
     }
 
@@ -251,52 +249,6 @@ impl Curved {
             exaggeration: 1.0,
             poses: Poses::World,
         }
-    }
-
-    /// Camera of a pose `x, y, z, yaw, pitch` in the terrain's own units: longitude, latitude and height
-    /// on a globe, the DEM's coordinates and the height above the base elsewhere, world metres where
-    /// positions are the data.
-    #[must_use]
-    pub fn camera(&self, [x, y, z, yaw_deg, pitch_deg]: [f64; 5], fov_deg: f64) -> Camera {
-        let (eye_m, axes) = match &self.poses {
-            Poses::World => (DVec3::new(x, y, z), DMat3::IDENTITY),
-            Poses::Geodetic(e) => place(e, [x.to_radians(), y.to_radians()], z),
-            Poses::Chart { surface, native, uv, .. } => {
-                let at = |a: usize, v: f64| uv[0][a] + (v - native[0][a]) / native[1][a] * uv[1][a];
-                place(surface.as_ref(), [at(0, x), at(1, y)], z)
-            }
-        };
-        Camera { eye_m, yaw_deg, pitch_deg, fov_deg, axes }
-    }
-
-    /// The point a share `u`, `v` of the way across the data, in the units of poses: on a globe within 60
-    /// degrees of longitude 0 and 50 of the equator.
-    #[must_use]
-    pub fn native_at(&self, [u, v]: [f64; 2]) -> [f64; 2] {
-        match &self.poses {
-            Poses::Geodetic(_) => [120.0 * u - 60.0, 100.0 * v - 50.0],
-            Poses::Chart { native, cells, .. } => {
-                [0, 1].map(|a| native[0][a] + native[1][a] * cells[a] * [u, v][a])
-            }
-            Poses::World => {
-                let last = self.graph.charts[0].lattice.last;
-                let (p, _) = self.surface.base(0, [0, 1].map(|a| f64::from(last[a]) * [u, v][a]));
-                [p.x, p.y]
-            }
-        }
-    }
-
-    /// Height of the ground under a point in the units of poses, metres above the base surface; 0 over a
-    /// void. Where positions are the data, the highest z near that x and y.
-    #[must_use]
-    pub fn native_ground_m(&self, [x, y]: [f64; 2]) -> f64 {
-        let Some(points) = &self.points else {
-            let eye = self.camera([x, y, 0.0, 0.0, 0.0], 60.0).eye_m;
-            return self.ground(eye).1.map_or(0.0, f64::from);
-        };
-        let top = points.height_range().map_or(0.0, |r| f64::from(r[1]));
-        let foot = self.surface.foot(DVec3::new(x, y, top));
-        self.surface.base(0, foot.at).0.z
     }
 
     /// The point `height_m` above the foot whose outward normal is `up`, on a globe; elsewhere above the
@@ -407,16 +359,6 @@ impl Curved {
         Ok(())
     }
 
-    /// What is wrong with a pose's place, when it is no place of this surface.
-    #[must_use]
-    pub fn bad_place(&self, [x, y]: [f64; 2]) -> Option<String> {
-        let Poses::Geodetic(_) = self.poses else { return None };
-        if y.abs() > 90.0 {
-            return Some(format!("latitude {y} is not between -90 and 90 degrees"));
-        }
-        (x.abs() > 540.0).then(|| format!("longitude {x} is not between -540 and 540 degrees"))
-    }
-
     /// Lowest and highest sample, metres above the base; `None` when all are void.
     #[must_use]
     pub fn height_range(&self) -> Option<[f32; 2]> {
@@ -450,11 +392,6 @@ impl Curved {
             poses: Poses::World,
         }
     }
-}
-
-fn place(surface: &dyn Surface, uv: [f64; 2], h: f64) -> (DVec3, DMat3) {
-    let [east, north, up] = surface.frame(uv);
-    (surface.position(uv, h), DMat3::from_cols(east, north, up))
 }
 
 /// A camera at `eye` that looks at `target`, level with respect to `up`.

@@ -112,7 +112,7 @@ impl Range<'_> {
         let upload = rival.prepare(camera, self.target.size)?;
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (color, depth) = (&self.target.color, &self.target.depth);
-        rival.record(&mut encoder, Target { color, depth, clear: true });
+        rival.record(&mut encoder, Target { color, depth, clear: true, area: None });
         self.gpu.queue.submit([encoder.finish()]);
         let cpu_ms = ms(begin);
         self.gpu.device.poll(wgpu::PollType::wait_indefinitely())?;

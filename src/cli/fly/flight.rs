@@ -195,7 +195,10 @@ impl Flight<'_> {
         let begin = Instant::now();
         let upload = renderer.prepare(&camera, self.size)?;
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.record(&mut encoder, Target { color: &target.color, depth: &target.depth, clear: true });
+        renderer.record(
+            &mut encoder,
+            Target { color: &target.color, depth: &target.depth, clear: true, area: None },
+        );
         gpu.queue.submit([encoder.finish()]);
         let cpu_ms = ms(begin.elapsed());
         gpu.device.poll(wgpu::PollType::wait_indefinitely())?;

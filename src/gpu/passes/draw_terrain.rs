@@ -1,7 +1,7 @@
 //! The one indirect draw.
 
 use super::spec::{Dispatch, EVERY_FRAME, PassSpec};
-use super::{Variant, bind, binding, create_module, flag};
+use super::{Variant, bind_view, binding, create_module, flag};
 use crate::gpu::{Buffers, Counters, Ground, shaders};
 use crate::renderer::Target;
 use crate::scene::ColorMode;
@@ -35,6 +35,8 @@ fn mode(color: ColorMode) -> f64 {
         ColorMode::Blocks => 2.0,
         ColorMode::Elevation => 3.0,
         ColorMode::Slope => 4.0,
+        ColorMode::Error => 5.0,
+        ColorMode::Refill => 6.0,
     }
 }
 
@@ -111,7 +113,7 @@ pub(crate) fn begin_pass<'e>(
     let color = wgpu::Color { r, g, b, a: 1.0 };
     let load = if target.clear { wgpu::LoadOp::Clear(color) } else { wgpu::LoadOp::Load };
     let depth_load = if target.clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
-    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("draw_terrain"),
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {
             view: target.color,
@@ -127,7 +129,13 @@ pub(crate) fn begin_pass<'e>(
         timestamp_writes,
         occlusion_query_set: None,
         multiview_mask: None,
-    })
+    });
+    if let Some([x, y, w, h]) = target.area {
+        let [left, top, width, height] = [x, y, w, h].map(|v| v as f32);
+        pass.set_viewport(left, top, width, height, 0.0, 1.0);
+        pass.set_scissor_rect(x, y, w, h);
+    }
+    pass
 }
 
 /// The draw of a scene: solid from vertex and index buffers, or wireframe by vertex pulling.
@@ -169,13 +177,14 @@ impl DrawTerrain {
         };
         let pipeline = terrain_pipeline(device, format, &module, &drawing);
         let bindings = (SPEC.bindings)(variant);
-        let bind_group = bind(device, "draw_terrain", &pipeline.get_bind_group_layout(0), buffers, &bindings);
+        let bind_group =
+            bind_view(device, "draw_terrain", &pipeline.get_bind_group_layout(0), buffers, &bindings);
         Self { pipeline, bind_group, bindings, wireframe }
     }
 
     pub fn rebind(&mut self, device: &wgpu::Device, buffers: &Buffers) {
         let layout = self.pipeline.get_bind_group_layout(0);
-        self.bind_group = bind(device, "draw_terrain", &layout, buffers, &self.bindings);
+        self.bind_group = bind_view(device, "draw_terrain", &layout, buffers, &self.bindings);
     }
 
     pub fn record(&self, pass: &mut wgpu::RenderPass<'_>, buffers: &Buffers) {

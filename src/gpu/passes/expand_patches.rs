@@ -3,6 +3,7 @@
 use super::spec::{Dispatch, EVERY_FRAME, PassSpec};
 use super::{binding, flag};
 use crate::gpu::{Counters, Ground, shaders};
+use crate::scene::ColorMode;
 
 const PLANE: [u32; 6] = [
     binding::FRAME,
@@ -16,8 +17,11 @@ const PLANE: [u32; 6] = [
 const CURVED: [u32; 4] = [binding::CURVE, binding::CHARTS, binding::ANCHORS, binding::SHADES];
 
 pub(crate) const SPEC: PassSpec = PassSpec {
-    source: |variant| {
-        if variant.by_error { shaders::EXPAND_PATCHES_BY_ERROR } else { shaders::EXPAND_PATCHES }
+    source: |variant| match (variant.color, variant.by_error) {
+        (ColorMode::Error, by_error) => shaders::EXPAND_PATCHES_MARKED[usize::from(by_error)],
+        (ColorMode::Refill, by_error) => shaders::EXPAND_PATCHES_REFILL[usize::from(by_error)],
+        (_, true) => shaders::EXPAND_PATCHES_BY_ERROR,
+        (_, false) => shaders::EXPAND_PATCHES,
     },
     needed: |_| true,
     runs: EVERY_FRAME,
@@ -28,7 +32,11 @@ pub(crate) const SPEC: PassSpec = PassSpec {
         }
         all
     },
-    bindings: |variant| variant.bindings(&PLANE, &CURVED),
+    bindings: |variant| {
+        let mut all = variant.bindings(&PLANE, &CURVED);
+        all.extend((variant.color == ColorMode::Refill).then_some(binding::HELD_BEFORE));
+        all
+    },
     inputs: |_| Vec::new(),
     dispatch: Dispatch::Indirect(std::mem::offset_of!(Counters, expand_x) as u64),
 };

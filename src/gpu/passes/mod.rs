@@ -4,8 +4,10 @@ pub(crate) mod bound_blocks;
 pub(crate) mod compact_patches;
 pub(crate) mod cull_quads;
 pub(crate) mod displace_samples;
+pub(crate) mod draw_bounds;
 pub(crate) mod draw_terrain;
 pub(crate) mod expand_patches;
+pub(crate) mod mark_patches;
 pub(crate) mod set_factors;
 pub(crate) mod spec;
 pub(crate) mod weigh_factors;
@@ -40,6 +42,7 @@ pub(crate) mod binding {
     pub const DEVIATIONS: u32 = 18;
     pub const WISHES: u32 = 19;
     pub const WEIGHTS: u32 = 20;
+    pub const HELD_BEFORE: u32 = 21;
 }
 
 /// Which variant of the shaders a scene needs; everything else is not compiled, bound, allocated or run.
@@ -71,6 +74,8 @@ pub struct Variant {
     pub budget: bool,
     /// Triangle edges are drawn.
     pub wireframe: bool,
+    /// Bounds of visible patches are drawn.
+    pub boxes: bool,
     /// Colouring.
     pub color: ColorMode,
     /// Cells of a block of the base surface, a power of two.
@@ -92,7 +97,10 @@ impl Variant {
             charts: self.charts,
             short: self.short,
             bounds: self.bounds,
+            deviations: self.by_error || self.color == ColorMode::Error,
             by_error: self.by_error,
+            refill: self.color == ColorMode::Refill,
+            boxes: self.boxes,
             block_cells: self.block_cells,
         }
     }
@@ -184,11 +192,33 @@ pub(crate) fn bind(
     buffers: &Buffers,
     bindings: &[u32],
 ) -> wgpu::BindGroup {
+    bind_with(device, label, layout, buffers, (bindings, &buffers.frame))
+}
+
+/// As [`bind`], for what is drawn: its frame is that of the camera that looks, which culling need not follow.
+pub(crate) fn bind_view(
+    device: &wgpu::Device,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    buffers: &Buffers,
+    bindings: &[u32],
+) -> wgpu::BindGroup {
+    let frame = buffers.view_frame.as_ref().unwrap_or(&buffers.frame);
+    bind_with(device, label, layout, buffers, (bindings, frame))
+}
+
+fn bind_with(
+    device: &wgpu::Device,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    buffers: &Buffers,
+    (bindings, frame): (&[u32], &wgpu::Buffer),
+) -> wgpu::BindGroup {
     let entries: Vec<_> = bindings
         .iter()
         .filter_map(|&number| {
-            let resource = buffer(buffers, number)?.as_entire_binding();
-            Some(wgpu::BindGroupEntry { binding: number, resource })
+            let own = if number == binding::FRAME { frame } else { buffer(buffers, number)? };
+            Some(wgpu::BindGroupEntry { binding: number, resource: own.as_entire_binding() })
         })
         .collect();
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })

@@ -56,16 +56,18 @@ pub(crate) const EVERY_FRAME: &str = "every frame";
 pub(crate) const ON_SHIFT: &str = "when a window moved";
 
 /// All passes in the order of the frame.
-pub(crate) const PASSES: [PassSpec; 9] = [
+pub(crate) const PASSES: [PassSpec; 11] = [
     super::displace_samples::SPEC,
     super::bound_blocks::SPEC,
     super::cull_quads::SPEC,
     super::wish_factors::SPEC,
     super::weigh_factors::SPEC,
     super::set_factors::SPEC,
+    super::mark_patches::SPEC,
     super::compact_patches::SPEC,
     super::expand_patches::SPEC,
     super::draw_terrain::SPEC,
+    super::draw_bounds::SPEC,
 ];
 
 /// Name of a binding: that of its buffer.
@@ -91,6 +93,7 @@ pub(crate) fn binding_name(number: u32) -> &'static str {
         binding::DEVIATIONS => "deviations",
         binding::WISHES => "wishes",
         binding::WEIGHTS => "weights",
+        binding::HELD_BEFORE => "held_before",
         _ => "shades",
     }
 }

@@ -32,6 +32,8 @@ pub(super) fn footprint(shape: ClipmapShape) -> Footprint {
         vertices,
         bytes_start: vertex_bytes + index_bytes,
         bytes_per_frame: refilled + index_bytes,
+        bytes_every_frame: index_bytes,
+        bytes_a_sample: size_of::<Vertex>() as u64,
     }
 }
 

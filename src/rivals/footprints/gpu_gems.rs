@@ -42,6 +42,8 @@ pub(super) fn footprint(shape: ClipmapShape) -> Footprint {
         vertices,
         bytes_start: bytes as u64,
         bytes_per_frame: draws * BLOCK_BYTES,
+        bytes_every_frame: draws * BLOCK_BYTES,
+        bytes_a_sample: 0,
     }
 }
 

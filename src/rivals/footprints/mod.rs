@@ -7,6 +7,7 @@ mod tessellated;
 use serde::Serialize;
 
 use crate::clipmap::ClipmapShape;
+use crate::measure::FrameUpload;
 
 /// One row of `tessclip footprints`.
 #[derive(Clone, Debug, Serialize, PartialEq, Eq)]
@@ -28,6 +29,24 @@ pub struct Footprint {
     /// Bytes of vertex, index, control and per-block data sent in a frame in which the finest level
     /// shifts by one step (2 samples) on both axes (heights excluded).
     pub bytes_per_frame: u64,
+    /// Those of them that a frame without a shift sends as well.
+    #[serde(skip)]
+    pub(crate) bytes_every_frame: u64,
+    /// Bytes of vertices that every sample that comes into a window brings.
+    #[serde(skip)]
+    pub(crate) bytes_a_sample: u64,
+}
+
+impl Footprint {
+    /// Bytes of mesh and control data that the method sends for the shifts of a frame of ours: what it sends in
+    /// every frame, and the vertices of the samples that come in. Heights are left out, as everywhere here.
+    #[must_use]
+    pub fn bytes_for(&self, upload: &FrameUpload) -> u64 {
+        if self.method == "tessellated" {
+            return upload.control_bytes + upload.vertex_bytes + upload.index_bytes;
+        }
+        self.bytes_every_frame + self.bytes_a_sample * upload.height_bound_samples
+    }
 }
 
 /// Counts all methods for one shape, by the length of buffers really built.

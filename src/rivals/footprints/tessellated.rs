@@ -28,5 +28,7 @@ pub(super) fn footprint(shape: ClipmapShape) -> Footprint {
         vertices: FOOTPRINT_POINTS as u64 * u64::from(shape.levels()),
         bytes_start: (size_of_val(&points[..]) + size_of_val(&quads[..]) + size_of_val(&corners[..])) as u64,
         bytes_per_frame: size_of_val(&moved[..]) as u64 + strips * 16,
+        bytes_every_frame: 0,
+        bytes_a_sample: 0,
     }
 }
