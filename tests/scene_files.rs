@@ -95,11 +95,14 @@ drop_fine_levels = false
 [look]
 color = 'elevation'
 wireframe = true
+bounds = false
 fog = false
 background = 'ff8000'
-sun = [10, 80.5]
+sun = [-10, 80.5]
+beside = 'geomipmap'
 [camera]
 pose = [1, 2.5, 3e3, -4, -90]
+freeze = [0, 0, 1e3, 0, -45]
 fov = 45
 size = '64x36'
 ";
@@ -127,6 +130,30 @@ fn the_command_line_goes_before_the_file() {
     assert_eq!(constant(&over, "draw_terrain", "COLOR_MODE"), Some(4.0));
     assert_eq!(over["passes"].as_array().map(Vec::len), Some(6));
     assert_eq!(plan(&[&path, "--base", "wgs84", "--prefilter", "subsample"])["base"], "wgs84");
+}
+
+#[test]
+fn bounds_and_colourings_are_asked_for_by_file_and_command_line_alike() {
+    let passes = |args: &[&str]| -> Vec<String> {
+        let plan = plan(args);
+        let names = plan["passes"].as_array().expect("passes").iter();
+        names.map(|p| p["pass"].as_str().expect("a name").to_string()).collect()
+    };
+    let color = |args: &[&str]| constant(&plan(args), "draw_terrain", "COLOR_MODE").expect("a number");
+    let with = |look: &str| File::new(&format!("[terrain]\nsource = 'procedural:plain'\n[look]\n{look}\n"));
+    let plain = ["procedural:plain"];
+    let boxes = with("bounds = true");
+    assert!(!passes(&plain).contains(&"draw_bounds".into()));
+    assert!(passes(&[plain[0], "--bounds"]).contains(&"draw_bounds".into()));
+    assert_eq!(passes(&[&boxes.path()]), passes(&[plain[0], "--bounds"]));
+    assert_eq!(passes(&[&boxes.path(), "--bounds=false"]), passes(&plain));
+    let mut colors = vec![color(&plain)];
+    for name in ["levels", "blocks", "elevation", "slope", "error", "refill"] {
+        let said = color(&[plain[0], "--color", name]);
+        assert_eq!(color(&[&with(&format!("color = '{name}'")).path()]), said, "{name}");
+        assert!(!colors.contains(&said), "{name}: {said} in {colors:?}");
+        colors.push(said);
+    }
 }
 
 #[test]
@@ -182,8 +209,12 @@ fn values_that_do_not_suit_are_refused() {
     refused(&with("[clipmap]\nmorph = 1"), &["line 4", "true or false"]);
     refused(&with("[look]\ncolor = 'slop'"), &["line 4", "`slop`", "`slope`"]);
     refused(&with("[look]\nsun = [1, 2, 3]"), &["line 4", "2 numbers, not 3"]);
+    refused(&with("[look]\nsun = [1, 90.5]"), &["line 4", "look.sun", "-90 to 90"]);
+    refused(&with("[look]\nbounds = 1"), &["line 4", "look.bounds", "true or false"]);
+    refused(&with("[look]\nbeside = 'raom'"), &["line 4", "look.beside", "`raom`", "roam"]);
     refused(&with("[look]\nbackground = 'red'"), &["line 4", "six hexadecimal"]);
     refused(&with("[camera]\npose = [1, 2]"), &["line 4", "5 numbers, not 2"]);
+    refused(&with("[camera]\nfreeze = [1, 2, 3, 4]"), &["line 4", "camera.freeze", "5 numbers, not 4"]);
     refused(&with("[camera]\nsize = [640, 360]"), &["line 4", "camera.size", "text in quotes"]);
     refused(&with("[camera]\nsize = '640'"), &["line 4", "1280x720"]);
 }

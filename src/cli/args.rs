@@ -6,9 +6,10 @@ use anyhow::{Context as _, bail};
 use clap::ValueEnum;
 use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
 
-use super::factor_args::{FactorWishes, LEAST_N_BY_ERROR, N_BY_ERROR};
+pub use super::factor_args::ShapeArgs;
 use super::scene_file::SceneFile;
-pub use super::terrain_args::{ReadArgs, TerrainArgs};
+pub use super::stores::ReadArgs;
+pub use super::terrain_args::TerrainArgs;
 
 /// How voids are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -50,59 +51,28 @@ pub enum Color {
     Elevation,
     /// Slope ramp
     Slope,
+    /// Bound on each patch's error on screen, logarithmic
+    Error,
+    /// What this frame refilled: of a single picture everything, see --from
+    Refill,
 }
 
-/// The clipmap's shape.
-#[derive(Clone, Debug, clap::Args)]
-pub struct ShapeArgs {
-    /// Samples per side of a window: 15, 31, 63, 127, 255, 511 or 1023; by default 255, and 511 with factors by
-    /// error, which need at least 127
-    #[arg(long)]
-    n: Option<u32>,
-    /// Levels; by default the fewest that cover the data from everywhere
-    #[arg(long)]
-    levels: Option<u32>,
-    /// Blend levels into each other near their perimeter
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
-    morph: Option<bool>,
-    /// Draw every patch, also those out of view
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
-    no_cull: Option<bool>,
-    #[command(flatten)]
-    factors: FactorWishes,
-}
-
-impl ShapeArgs {
-    /// The scene with this shape, then what the file says, then the defaults.
-    pub fn scene(&self, file: &SceneFile) -> anyhow::Result<Scene> {
-        let usual = Scene::default();
-        let factors = self.factors.over(&file.factors)?;
-        let n = self.n.or(file.n).unwrap_or(if factors.by_error() { N_BY_ERROR } else { usual.n });
-        // Only here: what one place says of n and what another says of the factors come together.
-        if factors.by_error() && n < LEAST_N_BY_ERROR {
-            let given = match (self.n, &file.path) {
-                (None, Some(path)) => format!("{path}: clipmap.n = {n}"),
-                _ => format!("--n {n}"),
-            };
-            bail!(
-                "{given}: factors by error need windows of at least {LEAST_N_BY_ERROR} samples; raise it or \
-                 take --factors uniform"
-            );
+impl From<Color> for ColorMode {
+    fn from(color: Color) -> Self {
+        match color {
+            Color::Shaded => Self::Shaded,
+            Color::Levels => Self::Levels,
+            Color::Blocks => Self::Blocks,
+            Color::Elevation => Self::Elevation,
+            Color::Slope => Self::Slope,
+            Color::Error => Self::Error,
+            Color::Refill => Self::Refill,
         }
-        Ok(Scene {
-            n,
-            factors,
-            levels: self.levels.or(file.levels),
-            morph: self.morph.or(file.morph).unwrap_or(usual.morph),
-            cull: self.no_cull.map(|no| !no).or(file.cull).unwrap_or(usual.cull),
-            drop_fine_levels: file.drop_fine_levels.unwrap_or(usual.drop_fine_levels),
-            ..usual
-        })
     }
 }
 
 /// How it is looked at.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct LookArgs {
     /// Picture size; by default 1280x720
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -116,12 +86,18 @@ pub struct LookArgs {
     /// Draw triangle edges
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     wireframe: Option<bool>,
+    /// Draw the bounds of the visible patches, as culling sees them
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    bounds: Option<bool>,
     /// Background (and fog) colour
     #[arg(long, value_name = "RRGGBB", value_parser = parse_color)]
     background: Option<Rgb>,
     /// No distance fog
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     no_fog: Option<bool>,
+    /// Direction of the sun in degrees, azimuth clockwise from north and altitude from -90 to 90; by default 315,35
+    #[arg(long, value_name = "AZIMUTH,ALTITUDE", value_parser = parse_sun, allow_hyphen_values = true)]
+    sun: Option<[f64; 2]>,
 }
 
 /// Linear RGB.
@@ -132,18 +108,12 @@ impl LookArgs {
     /// Puts these wishes, then what the file says, into a scene.
     pub fn apply(&self, scene: Scene, file: &SceneFile) -> Scene {
         Scene {
-            color: match self.color.or(file.color) {
-                None => scene.color,
-                Some(Color::Shaded) => ColorMode::Shaded,
-                Some(Color::Levels) => ColorMode::Levels,
-                Some(Color::Blocks) => ColorMode::Blocks,
-                Some(Color::Elevation) => ColorMode::Elevation,
-                Some(Color::Slope) => ColorMode::Slope,
-            },
+            color: self.color.or(file.color).map_or(scene.color, ColorMode::from),
             wireframe: self.wireframe.or(file.wireframe).unwrap_or(scene.wireframe),
+            bounds: self.bounds.or(file.bounds).unwrap_or(scene.bounds),
             fog: self.no_fog.map(|no| !no).or(file.fog).unwrap_or(scene.fog),
             background: self.background.or(file.background).map_or(scene.background, |c| c.0),
-            sun_deg: file.sun.unwrap_or(scene.sun_deg),
+            sun_deg: self.sun.or(file.sun).unwrap_or(scene.sun_deg),
             ..scene
         }
     }
@@ -179,12 +149,17 @@ pub struct WaitArgs {
 
 /// A camera from a pose in the terrain's own units, or one that sees the whole terrain.
 pub fn camera(terrain: &Terrain, pose: Option<&str>, fov_deg: f64) -> anyhow::Result<Camera> {
+    let pose = pose.map(Camera::parse_pose).transpose()?;
+    camera_at(terrain, pose, fov_deg)
+}
+
+/// The same from the numbers of a pose.
+pub fn camera_at(terrain: &Terrain, pose: Option<[f64; 5]>, fov_deg: f64) -> anyhow::Result<Camera> {
     let camera = match pose {
-        Some(text) => {
-            let pose = Camera::parse_pose(text)?;
+        Some(pose) => {
             let place = [pose[0], pose[1]];
             if let Some(wrong) = terrain.curved.as_ref().and_then(|c| c.bad_place(place)) {
-                bail!("camera pose '{text}': {wrong}");
+                bail!("camera pose '{}': {wrong}", pose_words(pose));
             }
             terrain.camera(pose, fov_deg)
         }
@@ -192,6 +167,17 @@ pub fn camera(terrain: &Terrain, pose: Option<&str>, fov_deg: f64) -> anyhow::Re
     };
     camera.validate()?;
     Ok(camera)
+}
+
+/// A pose as the command line takes it; reading it gives the same numbers bit for bit.
+pub fn pose_words(pose: [f64; 5]) -> String {
+    pose.map(|v| v.to_string()).join(",")
+}
+
+/// The name of a choice on the command line and in scene files.
+#[cfg(feature = "viewer")]
+pub fn name_of<T: ValueEnum>(choice: &T) -> String {
+    choice.to_possible_value().map_or_else(String::new, |v| v.get_name().to_string())
 }
 
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -215,6 +201,32 @@ pub fn parse_color(text: &str) -> Result<Rgb, String> {
 fn linear(byte: u32) -> f32 {
     let v = byte as f32 / 255.0;
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The six digits whose colour is nearest to a linear one: those it came from, where it came from such.
+#[cfg(feature = "viewer")]
+pub fn nearest_digits(rgb: [f32; 3]) -> String {
+    let byte = |wanted: f32| {
+        let away = |byte: u32| (linear(byte) - wanted).abs();
+        (0..=255).min_by(|a, b| away(*a).total_cmp(&away(*b))).unwrap_or(0)
+    };
+    rgb.map(|wanted| format!("{:02x}", byte(wanted))).concat()
+}
+
+fn parse_sun(text: &str) -> Result<[f64; 2], String> {
+    let number = |field: &str| field.trim().parse().unwrap_or(f64::NAN);
+    sun(text.split_once(',').map_or([f64::NAN; 2], |(azimuth, altitude)| [number(azimuth), number(altitude)]))
+}
+
+/// A direction of the sun, degrees, within its bounds; the azimuth is brought within one turn.
+pub fn sun([azimuth, altitude]: [f64; 2]) -> Result<[f64; 2], String> {
+    // No NaN is within.
+    if !azimuth.is_finite() || !(-90.0..=90.0).contains(&altitude) {
+        return Err("give AZIMUTH,ALTITUDE in degrees, the altitude from -90 to 90, as 315,35".into());
+    }
+    // What lies just below 0 is rounded up to a whole turn.
+    let within = azimuth.rem_euclid(360.0);
+    Ok([if within < 360.0 { within } else { 0.0 }, altitude])
 }
 
 /// Fails early, before any work, where an output cannot be written.
@@ -253,57 +265,32 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser as _;
-    use tessclip::Factors;
-
     use super::*;
 
-    #[derive(clap::Parser)]
-    struct Line {
-        #[command(flatten)]
-        shape: ShapeArgs,
-    }
-
-    fn shape(args: &[&str]) -> ShapeArgs {
-        Line::try_parse_from([&["tessclip"], args].concat()).expect("understood").shape
-    }
-
     #[test]
-    fn windows_are_larger_by_default_where_factors_go_by_error() {
-        let none = SceneFile::default();
-        let scene = |args: &[&str], file| shape(args).scene(file).expect("suits");
-        assert_eq!((scene(&[], &none).n, scene(&[], &none).factors), (255, Factors::Uniform));
-        let by_error = scene(&["--factors", "error"], &none);
-        let one_pixel = Factors::ByError { pixel_error: Some(1.0), budget: None };
-        assert_eq!((by_error.n, by_error.factors), (511, one_pixel));
-        let both = scene(&["--pixel-error", "0.5", "--budget", "200000", "--n", "127"], &none);
-        let limits = Factors::ByError { pixel_error: Some(0.5), budget: Some(200_000) };
-        assert_eq!((both.n, both.factors), (127, limits));
-        let file = SceneFile { n: Some(255), ..SceneFile::default() };
-        assert_eq!(scene(&["--budget", "5000"], &file).n, 255);
-    }
-
-    #[test]
-    fn factors_by_error_need_large_windows() {
-        let file = SceneFile { path: Some("hills.toml".into()), n: Some(63), ..SceneFile::default() };
-        let said = |args: &[&str]| shape(args).scene(&file).expect_err("too small").to_string();
-        for (error, place) in [
-            (said(&["--pixel-error", "1"]), "hills.toml: clipmap.n = 63: "),
-            (said(&["--pixel-error", "1", "--n", "31"]), "--n 31: "),
-        ] {
-            assert!(error.starts_with(place) && error.contains("at least 127 samples"), "{error}");
+    fn the_sun_is_brought_within_one_turn_and_kept_within_its_bounds() {
+        assert_eq!(parse_sun("315,35"), Ok([315.0, 35.0]));
+        assert_eq!(parse_sun("-45, -90"), Ok([315.0, -90.0]));
+        assert_eq!(parse_sun("725.5,90"), Ok([5.5, 90.0]));
+        assert_eq!(parse_sun("-1e-20,0"), Ok([0.0, 0.0]));
+        for bad in ["", "10", "10,", "10,91", "10,-90.5", "nan,3", "3,nan", "inf,3", "1,2,3", "a,b"] {
+            assert!(parse_sun(bad).is_err(), "{bad}");
         }
-        assert!(shape(&["--pixel-error", "1", "--n", "127"]).scene(&file).is_ok());
-        assert!(shape(&[]).scene(&file).is_ok());
     }
 
     #[test]
-    fn contradictions_and_limits_out_of_range_are_refused() {
-        assert!(shape(&["--factors", "uniform", "--budget", "5000"]).scene(&SceneFile::default()).is_err());
-        for bad in
-            [["--pixel-error", "-1"], ["--pixel-error", "nan"], ["--budget", "10"], ["--factors", "all"]]
-        {
-            assert!(Line::try_parse_from([&["tessclip"], &bad[..]].concat()).is_err(), "{bad:?}");
+    fn a_pose_reads_back_bit_for_bit() {
+        let pose = [-0.1, 1e-300, 1e8 / 3.0, -0.0, f64::MAX];
+        let read = Camera::parse_pose(&pose_words(pose)).expect("a pose");
+        assert_eq!(read.map(f64::to_bits), pose.map(f64::to_bits));
+    }
+
+    #[cfg(feature = "viewer")]
+    #[test]
+    fn a_background_gives_the_digits_it_came_from() {
+        for digits in ["000000", "ffffff", "05070c", "c0d7ec", "0a0b01", "7f80fe"] {
+            assert_eq!(nearest_digits(parse_color(digits).expect("a colour").0), digits);
         }
+        assert_eq!(nearest_digits([-1.0, 2.0, 0.5]), "00ffbc");
     }
 }

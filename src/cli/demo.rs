@@ -13,7 +13,7 @@ use tessclip::report::{ComparisonReport, Report, comparison_section, write_repor
 use tessclip::rivals::{Detail, Method};
 use tessclip::stream::{StreamOptions, TileSource};
 use tessclip::surface::Ellipsoid;
-use tessclip::{Camera, ColorMode, Prefilter, Scene, Terrain};
+use tessclip::{Camera, ColorMode, Factors, Prefilter, Scene, Terrain};
 
 use super::Outcome;
 use super::compare::{Extent, Study};
@@ -173,7 +173,16 @@ fn views(terrain: &Terrain) -> Vec<(&'static str, Scene, Camera)> {
             stand(0.50, 0.40, 9_000.0, 0.0, -90.0),
         ),
         ("9-slope", colored(ColorMode::Slope), stand(0.50, 0.15, 2_500.0, 0.0, -18.0)),
+        ("14-error", colored(ColorMode::Error), stand(0.50, 0.15, 2_500.0, 0.0, -18.0)),
+        ("15-factors-by-error", Scene { n: 511, wireframe: true, factors: four_pixels(), ..plain() }, {
+            stand(0.50, 0.40, 2_500.0, 0.0, -35.0)
+        }),
     ]
+}
+
+/// So coarse that the edges of the triangles can be seen.
+fn four_pixels() -> Factors {
+    Factors::ByError { pixel_error: Some(4.0), budget: None }
 }
 
 /// Curved base surfaces: a planet from afar and where three of its charts meet, and a torus.

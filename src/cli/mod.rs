@@ -1,24 +1,33 @@
 //! One file a subcommand. Exit codes: 0 done, 1 a check fell short, 2 unusable input or arguments.
 
-mod args;
+pub(crate) mod args;
+pub(crate) mod beside;
 mod build;
 mod check;
 mod compare;
 mod demo;
 mod export;
-mod factor_args;
+pub(crate) mod factor_args;
+mod film;
 mod fly;
 mod footprints;
 mod info;
+#[cfg(feature = "viewer")]
+pub(crate) mod line;
 mod mesh;
-mod paths;
+pub(crate) mod paths;
 mod picture;
 mod plan;
+pub(crate) mod png_pose;
 mod render;
 mod scene_file;
+#[cfg(feature = "viewer")]
+pub(crate) mod scene_writer;
 mod stores;
 mod terrain_args;
 mod verify;
+#[cfg(feature = "viewer")]
+pub(crate) mod view;
 
 use std::process::ExitCode;
 
@@ -50,6 +59,9 @@ enum Command {
     Verify(verify::Args),
     /// One picture
     Render(render::Args),
+    /// The window: fly over it, see what the method does, record what you saw
+    #[cfg(feature = "viewer")]
+    View(view::Args),
     /// The mesh as the GPU made it, read back, as binary PLY
     Mesh(mesh::Args),
     /// Vertices and bytes that reach the GPU, ours beside the classic footprints
@@ -82,13 +94,17 @@ pub fn run() -> ExitCode {
         (false, 1) => log::LevelFilter::Info,
         (false, _) => log::LevelFilter::Debug,
     };
-    env_logger::Builder::new().filter_level(level).init();
+    // What the window library warns of at every start on a virtual screen concerns nobody.
+    let windows = if cli.verbose == 0 { log::LevelFilter::Error } else { level };
+    env_logger::Builder::new().filter_level(level).filter_module("winit", windows).init();
     let outcome = match &cli.command {
         Command::Demo(args) => demo::run(args, cli.quiet),
         Command::Info(args) => info::run(args),
         Command::Build(args) => build::run(args, cli.quiet),
         Command::Verify(args) => verify::run(args, cli.quiet),
         Command::Render(args) => render::run(args),
+        #[cfg(feature = "viewer")]
+        Command::View(args) => view::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Footprints(args) => footprints::run(args),
         Command::Fly(args) => fly::run(args, cli.quiet),
@@ -132,7 +148,7 @@ fn usage(error: &clap::Error) -> ExitCode {
 }
 
 /// Prints to standard output; a closed pipe (`| head`) ends the program quietly.
-fn print(text: &str) -> anyhow::Result<()> {
+pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     use std::io::Write as _;
     match writeln!(std::io::stdout(), "{text}") {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),

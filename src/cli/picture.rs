@@ -4,12 +4,39 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::bail;
-use image::{ImageEncoder as _, codecs::png::PngEncoder};
 use tessclip::gpu::{Counters, Gpu, Offscreen};
-use tessclip::measure::invariants::draw;
-use tessclip::{Camera, Renderer, Scene, Terrain};
+use tessclip::rivals::Method;
+use tessclip::{Camera, RenderError, Renderer, Scene, Target, Terrain};
 
-/// Draws one frame; patches are never dropped: where room was short it grows and draws again.
+use super::beside::{Beside, halves};
+use super::png_pose::write_png_with;
+
+/// What a picture shows of a terrain.
+pub struct Shot<'a> {
+    /// How it is drawn.
+    pub scene: &'a Scene,
+    /// From where.
+    pub camera: Camera,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Wait for all that is on its way.
+    pub wait: bool,
+    /// Windows, factors and culling stay with this camera.
+    pub frozen: Option<Camera>,
+    /// A rival in the right half.
+    pub beside: Option<Method>,
+    /// Where the frame before was drawn from.
+    pub before: Option<Camera>,
+}
+
+impl Shot<'_> {
+    /// The camera whose samples are waited for.
+    fn awaited(&self, camera: Camera) -> Option<Camera> {
+        self.wait.then(|| self.frozen.unwrap_or(camera))
+    }
+}
+
+/// Draws one frame of ours alone.
 pub fn picture(
     gpu: &Gpu,
     terrain: &Terrain,
@@ -18,10 +45,53 @@ pub fn picture(
     size: [u32; 2],
     wait: bool,
 ) -> anyhow::Result<Vec<u8>> {
-    let target = Offscreen::new(&gpu.device, size)?;
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, terrain, scene)?;
-    draw_complete(gpu, &mut renderer, &target, camera, wait)?;
-    Ok(target.read_rgba(&gpu.device, &gpu.queue)?)
+    let shot = Shot { scene, camera: *camera, size, wait, frozen: None, beside: None, before: None };
+    shoot(gpu, terrain, &shot)
+}
+
+/// Draws a frame; patches are never dropped: where room was short it grows and draws again.
+pub fn shoot(gpu: &Gpu, terrain: &Terrain, shot: &Shot<'_>) -> anyhow::Result<Vec<u8>> {
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let target = Offscreen::new(device, shot.size)?;
+    let rival = shot.beside.map(|m| Beside::new(device, queue, Offscreen::FORMAT, terrain, shot.scene, m));
+    let mut rival = rival.transpose()?;
+    let mut renderer = Renderer::new(device, queue, Offscreen::FORMAT, terrain, shot.scene)?;
+    renderer.freeze(shot.frozen)?;
+    let part = Part { target: &target, area: rival.is_some().then(|| halves(shot.size)[0]) };
+    if let (Some(rival), Some(before)) = (&mut rival, shot.before) {
+        // Ours clears what this leaves in its half.
+        rival.draw(gpu, &target, &before)?;
+    }
+    loop {
+        if let Some(before) = shot.before {
+            complete(gpu, &mut renderer, part, &before, shot.awaited(before))?;
+        }
+        let grew = complete(gpu, &mut renderer, part, &shot.camera, shot.awaited(shot.camera))?;
+        // What has grown sends everything again, as if there had been no frame before.
+        if shot.before.is_none() || !grew {
+            break;
+        }
+    }
+    if let Some(rival) = &mut rival {
+        let drawn = rival.draw(gpu, &target, &shot.camera)?;
+        let (name, triangles, calls) = (rival.method.name(), drawn.triangles, drawn.draw_calls);
+        log::info!("beside: {name} drew {triangles} triangles in {calls} draw calls");
+    }
+    Ok(target.read_rgba(device, queue)?)
+}
+
+/// A target, or the part of it that is drawn into.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    target: &'a Offscreen,
+    /// Left, top, width and height in pixels; none for all of it.
+    area: Option<[u32; 4]>,
+}
+
+impl Part<'_> {
+    fn size(&self) -> [u32; 2] {
+        self.area.map_or(self.target.size, |[_, _, width, height]| [width, height])
+    }
 }
 
 /// Longest wait for the samples of one view.
@@ -37,21 +107,31 @@ pub fn draw_complete(
     camera: &Camera,
     wait: bool,
 ) -> anyhow::Result<()> {
-    if !wait {
-        return draw_whole(gpu, renderer, target, camera);
-    }
-    if !renderer.wait_complete(camera, LONGEST_WAIT)? {
+    complete(gpu, renderer, Part { target, area: None }, camera, wait.then_some(*camera))?;
+    Ok(())
+}
+
+/// Draws until everything the awaited camera needs is there and drawn. True when the buffers grew.
+fn complete(
+    gpu: &Gpu,
+    renderer: &mut Renderer,
+    part: Part<'_>,
+    camera: &Camera,
+    awaited: Option<Camera>,
+) -> anyhow::Result<bool> {
+    let Some(awaited) = awaited else { return whole(gpu, renderer, part, camera) };
+    if !renderer.wait_complete(&awaited, LONGEST_WAIT)? {
         bail!(
             "the view is not complete after {} s; see -v, or draw what is there with --wait=false",
             LONGEST_WAIT.as_secs()
         );
     }
-    draw_whole(gpu, renderer, target, camera)?;
+    let mut grew = whole(gpu, renderer, part, camera)?;
     for _ in 0..MOST_ARRIVING {
         if renderer.is_complete() {
-            return Ok(());
+            return Ok(grew);
         }
-        draw_whole(gpu, renderer, target, camera)?;
+        grew |= whole(gpu, renderer, part, camera)?;
     }
     bail!("the view does not come to rest after {MOST_ARRIVING} frames; draw what is there with --wait=false")
 }
@@ -63,12 +143,29 @@ pub fn draw_whole(
     target: &Offscreen,
     camera: &Camera,
 ) -> anyhow::Result<()> {
-    draw(gpu, renderer, target, camera)?;
+    whole(gpu, renderer, Part { target, area: None }, camera)?;
+    Ok(())
+}
+
+/// The same in a part of a target. True when the buffers grew.
+fn whole(gpu: &Gpu, renderer: &mut Renderer, part: Part<'_>, camera: &Camera) -> anyhow::Result<bool> {
+    draw(gpu, renderer, part, camera)?;
     let counters = renderer.read_counters()?;
-    if renderer.grow(&counters)? {
-        draw(gpu, renderer, target, camera)?;
+    let grew = renderer.grow(&counters)?;
+    if grew {
+        draw(gpu, renderer, part, camera)?;
     }
     warn_of_budget(renderer, &counters);
+    Ok(grew)
+}
+
+/// Draws one frame.
+fn draw(gpu: &Gpu, renderer: &mut Renderer, part: Part<'_>, camera: &Camera) -> Result<(), RenderError> {
+    renderer.prepare(camera, part.size())?;
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let (color, depth) = (&part.target.color, &part.target.depth);
+    renderer.record(&mut encoder, Target { color, depth, clear: true, area: part.area });
+    gpu.queue.submit([encoder.finish()]);
     Ok(())
 }
 
@@ -86,7 +183,5 @@ pub fn warn_of_budget(renderer: &Renderer, counters: &Counters) {
 
 /// Writes RGBA bytes as PNG.
 pub fn write_png(path: &Path, rgba: &[u8], size: [u32; 2]) -> anyhow::Result<()> {
-    let mut bytes = Vec::new();
-    PngEncoder::new(&mut bytes).write_image(rgba, size[0], size[1], image::ExtendedColorType::Rgba8)?;
-    super::args::write_whole(path, &bytes)
+    write_png_with(path, rgba, size, &[])
 }

@@ -9,10 +9,12 @@ use std::str::FromStr as _;
 
 use anyhow::{Context as _, anyhow, bail};
 use clap::ValueEnum;
+use tessclip::rivals::Method;
 use tessclip::surface::Base;
 use toml::de::{DeTable, DeValue};
 
-use super::args::{Color, Filter, Nodata, Rgb, parse_color, parse_size};
+use super::args::{Color, Filter, Nodata, Rgb, parse_color, parse_size, pose_words, sun};
+use super::beside::parse_method;
 use super::factor_args::{self, FactorWishes};
 
 /// Tables and their keys.
@@ -22,8 +24,8 @@ const KEYS: [(&str, &[&str]); 4] = [
         &["source", "base", "over", "exaggeration", "spacing", "z_scale", "z_offset", "nodata", "prefilter"],
     ),
     ("clipmap", &["n", "levels", "morph", "cull", "drop_fine_levels", "factors", "pixel_error", "budget"]),
-    ("look", &["color", "wireframe", "fog", "background", "sun"]),
-    ("camera", &["pose", "fov", "size"]),
+    ("look", &["color", "wireframe", "bounds", "fog", "background", "sun", "beside"]),
+    ("camera", &["pose", "freeze", "fov", "size"]),
 ];
 
 /// What a scene file says; all of it is `None` where TERRAIN is no scene file.
@@ -65,14 +67,20 @@ pub struct SceneFile {
     pub color: Option<Color>,
     /// Triangle edges.
     pub wireframe: Option<bool>,
+    /// Bounds of patches.
+    pub bounds: Option<bool>,
     /// Distance fog.
     pub fog: Option<bool>,
     /// Background.
     pub background: Option<Rgb>,
     /// Azimuth and altitude of the sun, degrees.
     pub sun: Option<[f64; 2]>,
+    /// Rival in the right half.
+    pub beside: Option<Method>,
     /// Camera `x,y,z,yaw,pitch`.
     pub pose: Option<String>,
+    /// Pose that windows, factors and culling stay with.
+    pub freeze: Option<String>,
     /// Vertical field of view, degrees.
     pub fov: Option<f64>,
     /// Picture size.
@@ -169,10 +177,13 @@ impl SceneFile {
             }
             "color" => self.color = Some(choice(value)?),
             "wireframe" => self.wireframe = Some(switch(value)?),
+            "bounds" => self.bounds = Some(switch(value)?),
             "fog" => self.fog = Some(switch(value)?),
             "background" => self.background = Some(parse_color(string(value)?).map_err(|e| anyhow!(e))?),
-            "sun" => self.sun = Some(numbers(value)?),
-            "pose" => self.pose = Some(numbers::<5>(value)?.map(|v| v.to_string()).join(",")),
+            "sun" => self.sun = Some(sun(numbers(value)?).map_err(|e| anyhow!(e))?),
+            "beside" => self.beside = Some(parse_method(string(value)?).map_err(|e| anyhow!(e))?),
+            "pose" => self.pose = Some(pose_words(numbers(value)?)),
+            "freeze" => self.freeze = Some(pose_words(numbers(value)?)),
             "fov" => self.fov = Some(number(value)?),
             _ => self.size = Some(parse_size(string(value)?).map_err(|e| anyhow!(e))?),
         }
@@ -183,20 +194,25 @@ impl SceneFile {
     fn resolve_paths(&mut self, path: &Path) {
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let resolved = |given: &str| {
-            if given.starts_with("procedural:") {
-                return given.to_string();
-            }
-            folder.join(given).to_string_lossy().into_owned()
+            if is_path(given) { folder.join(given).to_string_lossy().into_owned() } else { given.to_string() }
         };
-        let sampled = self.base == Some(Base::Sampled);
         if let Some(source) = &mut self.source {
-            // x, y and z may come as three rasters.
-            let parts: Vec<String> =
-                if sampled { source.split(',').map(resolved).collect() } else { vec![resolved(source)] };
-            *source = parts.join(",");
+            let paths: Vec<String> = paths_of(source, self.base).into_iter().map(resolved).collect();
+            *source = paths.join(",");
         }
         self.over = self.over.iter().map(|dem| resolved(dem)).collect();
     }
+}
+
+/// The paths that a source names: the x, y and z of positions may come as three rasters.
+pub fn paths_of(source: &str, base: Option<Base>) -> Vec<&str> {
+    let parts: Vec<&str> = source.split(',').collect();
+    if base == Some(Base::Sampled) && parts.len() == 3 { parts } else { vec![source] }
+}
+
+/// True when a name is that of a file or folder, no recipe and no address of a store.
+pub fn is_path(name: &str) -> bool {
+    !name.starts_with("procedural:") && !name.contains("://")
 }
 
 /// Where an error stands.
@@ -328,5 +344,20 @@ mod tests {
             let error = parse(clipmap).expect_err("does not suit").to_string();
             assert!(error.starts_with("hills.toml: ") && error.contains(words), "{error}");
         }
+    }
+
+    #[test]
+    fn only_paths_are_relative_to_the_file() {
+        let source = |source: &str, more: &str| {
+            let text = format!("[terrain]\nsource = '{source}'\n{more}\n");
+            SceneFile::parse(Path::new("scenes/a.toml"), &text).expect("suits").source.expect("a source")
+        };
+        assert_eq!(source("dem.tif", ""), "scenes/dem.tif");
+        assert_eq!(source("/data/dem.tif", ""), "/data/dem.tif");
+        assert_eq!(source("procedural:plain", ""), "procedural:plain");
+        assert_eq!(source("https://host/t.zarr", ""), "https://host/t.zarr");
+        assert_eq!(source("x,y,z", "base = 'sampled'"), "scenes/x,scenes/y,scenes/z");
+        assert_eq!(source("x,y,z", ""), "scenes/x,y,z");
+        assert_eq!(source("x,y", "base = 'sampled'"), "scenes/x,y");
     }
 }

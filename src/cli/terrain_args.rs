@@ -4,90 +4,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context as _, bail};
-use tessclip::heights::{
-    HeightGrid, NodataPolicy, PositionGrid, ReadOptions, is_position_file, open_terrain,
-};
+use tessclip::heights::{HeightGrid, NodataPolicy, PositionGrid, is_position_file};
 use tessclip::rivals::Ground;
 use tessclip::stream::TileSource;
 use tessclip::surface::{Base, Ellipsoid};
 use tessclip::{Prefilter, Terrain};
 
+#[cfg(feature = "viewer")]
+use super::args::name_of;
 use super::args::{Filter, Nodata};
 use super::scene_file::SceneFile;
-use super::stores::{StreamArgs, open_store};
-
-/// How elevation is read.
-#[derive(Clone, Debug, clap::Args)]
-pub struct ReadArgs {
-    /// Metres between samples, for files without georeference
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    spacing: Option<f64>,
-    /// Metres a unit, for raw values
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    z_scale: Option<f64>,
-    /// Metres added after scaling
-    #[arg(long, value_name = "O", allow_negative_numbers = true)]
-    z_offset: Option<f64>,
-}
-
-impl ReadArgs {
-    /// True when --spacing was given.
-    pub fn has_spacing(&self) -> bool {
-        self.spacing.is_some()
-    }
-
-    /// Reads the terrain, or the one a scene file names, as it is, voids and all.
-    pub fn read(&self, terrain: &str) -> anyhow::Result<HeightGrid> {
-        let file = SceneFile::of(terrain)?;
-        let read = self.over(&file);
-        let source = file.source.as_deref().unwrap_or(terrain);
-        let recipe = source.strip_prefix("procedural:");
-        if recipe.is_some_and(PositionGrid::is_named)
-            || (recipe.is_none() && is_position_file(Path::new(source)))
-        {
-            bail!("{source}: holds positions, not heights; render, mesh, fly and plan take them");
-        }
-        if let Some(store) = open_store(source)? {
-            read.refuse_for_store(source)?;
-            return Ok(store.to_grid(ReadOptions::default().max_samples)?);
-        }
-        Ok(open_terrain(source, &read.options())?)
-    }
-
-    /// These wishes, for the readers.
-    pub fn options(&self) -> ReadOptions {
-        ReadOptions {
-            spacing_m: self.spacing,
-            z_scale: self.z_scale,
-            z_offset: self.z_offset,
-            ..ReadOptions::default()
-        }
-    }
-
-    /// What is settled when a store is built.
-    fn refuse_for_store(&self, store: &str) -> anyhow::Result<()> {
-        let given = [
-            ("--spacing", self.spacing.is_some()),
-            ("--z-scale", self.z_scale.is_some()),
-            ("--z-offset", self.z_offset.is_some()),
-        ];
-        match given.into_iter().find(|(_, given)| *given) {
-            Some((option, _)) => {
-                bail!("{store}: is a store, for which {option} was settled when it was built")
-            }
-            None => Ok(()),
-        }
-    }
-
-    /// These wishes, and where they say nothing those of a scene file.
-    fn over(&self, file: &SceneFile) -> Self {
-        Self {
-            spacing: self.spacing.or(file.spacing),
-            z_scale: self.z_scale.or(file.z_scale),
-            z_offset: self.z_offset.or(file.z_offset),
-        }
-    }
-}
+use super::stores::{ReadArgs, StreamArgs, open_store};
 
 /// A terrain to draw.
 #[derive(Clone, Debug, clap::Args)]
@@ -151,11 +78,18 @@ impl TerrainArgs {
 
     /// Reads the terrain and puts it on its base surface.
     pub fn open(&self) -> anyhow::Result<Terrain> {
-        let factor = self.exaggeration.unwrap_or(1.0);
-        if !factor.is_finite() || factor.abs() > 1e6 {
-            bail!("--exaggeration {factor}: give a number of at most 1e6 in magnitude");
-        }
-        let terrain = self.open_plain()?;
+        check_factor(self.factor())?;
+        self.exaggerated(self.open_plain()?, self.factor())
+    }
+
+    /// Factor on the heights.
+    pub fn factor(&self) -> f64 {
+        self.exaggeration.unwrap_or(1.0)
+    }
+
+    /// This terrain, opened plain, with its heights times `factor`.
+    pub fn exaggerated(&self, terrain: Terrain, factor: f64) -> anyhow::Result<Terrain> {
+        check_factor(factor)?;
         let range = terrain.source.height_range().unwrap_or([0.0, 0.0]);
         if range.iter().any(|h| f64::from(h.abs()) * factor.abs() > 1e12) {
             bail!("--exaggeration {factor} lifts {}: heights may reach 1e12 m; lower it", self.terrain);
@@ -167,7 +101,8 @@ impl TerrainArgs {
         Ok(terrain)
     }
 
-    fn open_plain(&self) -> anyhow::Result<Terrain> {
+    /// As [`TerrainArgs::open`], its heights as they were read.
+    pub fn open_plain(&self) -> anyhow::Result<Terrain> {
         if let Some(terrain) = self.streamed()? {
             return Ok(terrain);
         }
@@ -251,7 +186,7 @@ impl TerrainArgs {
         let grid = if voids { grid.with_nodata(NodataPolicy::Fill) } else { grid };
         let stored = open_store(&self.terrain)?.map(|s| s.manifest().prefilter());
         let prefilter = stored.unwrap_or_else(|| self.prefilter());
-        let whole = Terrain::new(&grid, prefilter).exaggerated(self.exaggeration.unwrap_or(1.0) as f32);
+        let whole = Terrain::new(&grid, prefilter).exaggerated(self.factor() as f32);
         if streamed {
             note.push("the store was read whole: all methods have all samples from the start");
         }
@@ -313,5 +248,58 @@ impl TerrainArgs {
 
     fn prefilter(&self) -> Prefilter {
         self.prefilter.map_or(Prefilter::Subsample, Prefilter::from)
+    }
+}
+
+/// Factors that heights may be drawn with.
+fn check_factor(factor: f64) -> anyhow::Result<()> {
+    if !factor.is_finite() || factor.abs() > 1e6 {
+        bail!("--exaggeration {factor}: give a number of at most 1e6 in magnitude");
+    }
+    Ok(())
+}
+
+/// The same wishes in other words; the factor on the heights is left to who draws.
+#[cfg(feature = "viewer")]
+impl TerrainArgs {
+    /// As options of the command line.
+    pub fn options(&self) -> Vec<String> {
+        let one = |name: &str, value: Option<String>| value.map(|value| format!("--{name}={value}"));
+        let mut all = self.read.said();
+        all.extend(one("nodata", self.nodata.as_ref().map(name_of)));
+        all.extend(one("base", self.base.map(|base| base.to_string())));
+        all.extend(self.over.iter().map(|dem| format!("--over={dem}")));
+        all.extend(one("prefilter", self.prefilter.as_ref().map(name_of)));
+        all.extend(self.stream.said());
+        all
+    }
+
+    /// As a scene file says them, which knows nothing of streaming.
+    pub fn as_file(&self) -> SceneFile {
+        SceneFile {
+            source: Some(self.terrain.clone()),
+            base: self.base,
+            over: self.over.clone(),
+            spacing: self.read.spacing,
+            z_scale: self.read.z_scale,
+            z_offset: self.read.z_offset,
+            nodata: self.nodata,
+            prefilter: self.prefilter,
+            ..SceneFile::default()
+        }
+    }
+
+    /// Another terrain, streamed as this one; all else was said of this one alone.
+    pub fn another(&self, terrain: &str) -> Self {
+        Self {
+            terrain: terrain.into(),
+            read: ReadArgs::default(),
+            nodata: None,
+            base: None,
+            over: Vec::new(),
+            exaggeration: None,
+            prefilter: None,
+            stream: self.stream.clone(),
+        }
     }
 }

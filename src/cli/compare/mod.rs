@@ -10,6 +10,7 @@ mod uploads;
 use std::path::PathBuf;
 
 use anyhow::bail;
+use tessclip::ColorMode;
 use tessclip::gpu::Gpu;
 use tessclip::report::MethodRow;
 use tessclip::rivals::Method;
@@ -75,6 +76,11 @@ pub fn run(args: &Args, quiet: bool) -> anyhow::Result<Outcome> {
     let scene = args.look.apply(args.detail.apply(tessclip::Scene::default(), &file), &file);
     if scene.wireframe {
         bail!("compare cannot draw wireframes: only ours has a pipeline for them; leave --wireframe out");
+    }
+    if scene.bounds || matches!(scene.color, ColorMode::Error | ColorMode::Refill) {
+        bail!(
+            "compare draws no bounds, errors or refills, which only ours knows of: leave --bounds out, take another --color"
+        );
     }
     let mut paths: Vec<String> = Vec::new();
     for path in args.path.iter().map(|p| p.trim()) {

@@ -1,6 +1,6 @@
 //! Paths from CSV files.
 
-use anyhow::{Context as _, bail};
+use anyhow::{Context as _, anyhow, bail};
 use tessclip::{Camera, Terrain};
 
 use super::Key;
@@ -15,7 +15,10 @@ pub(super) fn read_csv(file: &str, terrain: &Terrain) -> anyhow::Result<Vec<Key>
     let mut keys: Vec<Key> = Vec::new();
     let headers = reader.headers().with_context(|| format!("{file}: line 1"))?.clone();
     for record in reader.records() {
-        let record = record.with_context(|| file.to_string())?;
+        let record = record.map_err(|error| {
+            let line = error.position().map_or(0, ::csv::Position::line);
+            anyhow!("{file}: line {line}: not as many fields as the header: a path has six numbers a line")
+        })?;
         let line = record.position().map_or(0, ::csv::Position::line);
         let Ok(mut key) = record.deserialize::<Key>(Some(&headers)) else {
             bail!("{file}: line {line}: expected six numbers under the header t,x,y,z,yaw,pitch");

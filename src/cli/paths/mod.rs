@@ -17,7 +17,8 @@ use tessclip::scene::Curved;
 use tessclip::{Camera, Terrain};
 
 pub use self::course::{Course, Tempo};
-use self::named::{NAMES, Named, named};
+pub(crate) use self::named::NAMES;
+use self::named::{Named, named};
 
 /// A timed camera path, sampled linearly; on a globe along great circles.
 pub struct CameraPath {
@@ -127,7 +128,7 @@ impl CameraPath {
     }
 
     /// The camera `t_s` seconds after the path's begin.
-    fn at_time(&self, t_s: f64, fov_deg: f64) -> Camera {
+    pub fn at_time(&self, t_s: f64, fov_deg: f64) -> Camera {
         let t = self.keys[0].t + t_s;
         // Of keys at the same time the last one counts: a jump leaves nothing between its two places.
         let after = self.keys.partition_point(|k| k.t <= t).clamp(1, self.keys.len() - 1);

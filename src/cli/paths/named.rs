@@ -6,7 +6,7 @@ use super::field::{Field, Random};
 use super::{Key, Tempo, ground, places};
 
 /// Names of the built-in paths.
-pub(super) const NAMES: [&str; 9] = [
+pub(crate) const NAMES: [&str; 9] = [
     "straight",
     "double-turn",
     "circle",
