@@ -9,16 +9,19 @@ demo: setup
 	TESSCLIP_COMMIT=$$(git rev-parse --short HEAD 2>/dev/null) $(CARGO) build --release --locked
 	./target/release/tessclip demo --out demo-out
 
-test: setup
+test:
+	@scripts/setup.sh window
 	$(CARGO) test --release --locked
 
-bench: setup
+bench:
+	@scripts/setup.sh window
 	$(CARGO) bench --locked
 
 lint:
 	$(CARGO) fmt --check
 	$(CARGO) clippy --release --locked --all-targets -- -D warnings
 	$(CARGO) clippy --release --locked --no-default-features --lib -- -D warnings
+	$(CARGO) clippy --release --locked --no-default-features --features cli --bins -- -D warnings
 
 docs:
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --locked --no-deps

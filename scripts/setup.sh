@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Makes sure that a graphics adapter can be found; called by `make demo` and `make test`.
-# On Debian and Ubuntu it installs Mesa's software Vulkan driver where no Vulkan driver is present.
+# On Debian and Ubuntu it installs Mesa's software Vulkan driver where no Vulkan driver is present. With the
+# argument `window` also what the viewer's tests need: an X server without a screen, and keys and a mouse for it. What a
+# window needs of X11 is installed in any case.
 set -eu
 
 [ "${TESSCLIP_NO_GPU:-}" = 1 ] && exit 0
@@ -40,10 +42,24 @@ has_loader() {
 }
 has_driver || need="$need mesa-vulkan-drivers"
 has_loader || need="$need libvulkan1"
+if [ "${1:-}" = window ]; then
+  command -v Xvfb >/dev/null 2>&1 || need="$need xvfb"
+  command -v xdotool >/dev/null 2>&1 || need="$need xdotool"
+fi
+# The window library opens these by name when a window opens, where there is an X server.
+for pair in libX11-xcb.so.1=libx11-xcb1 libXcursor.so.1=libxcursor1 libXi.so.6=libxi6 \
+  libXrandr.so.2=libxrandr2 libxkbcommon-x11.so.0=libxkbcommon-x11-0; do
+  library="${pair%%=*}"
+  found=""
+  for file in /usr/lib/"$library" /usr/lib64/"$library" /usr/lib/*/"$library" /usr/local/lib/"$library"; do
+    [ -e "$file" ] && found=1
+  done
+  [ -n "$found" ] || need="$need ${pair#*=}"
+done
 [ -z "$need" ] && exit 0
 
 if ! command -v apt-get >/dev/null 2>&1; then
-  echo "setup: missing:$need (names of Debian packages); install a C compiler, the Vulkan loader and a Vulkan driver with your package manager" >&2
+  echo "setup: missing:$need (names of Debian packages); install them with your package manager; the tests of the viewer need Xvfb and xdotool" >&2
   exit 2
 fi
 sudo=""
@@ -54,7 +70,7 @@ if [ "$(id -u)" != 0 ]; then
   fi
   sudo="sudo"
 fi
-echo "setup: no graphics adapter or compiler found; installing$need"
+echo "setup: installing$need"
 $sudo apt-get update -qq
 # shellcheck disable=SC2086 # a list of packages
 DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends $need

@@ -1,6 +1,8 @@
 //! The command line of tessclip.
 
 mod cli;
+#[cfg(feature = "viewer")]
+mod viewer;
 
 fn main() -> std::process::ExitCode {
     #[cfg(target_os = "linux")]
