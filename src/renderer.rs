@@ -5,6 +5,7 @@
 mod choose;
 mod curve;
 mod drawn;
+mod grow;
 mod inspect;
 mod look;
 mod place;
@@ -31,7 +32,7 @@ use crate::gpu::passes::ComputePass;
 use crate::gpu::passes::draw_bounds::DrawBounds;
 use crate::gpu::passes::draw_terrain::{DrawTerrain, begin_pass};
 use crate::gpu::passes::spec::{Dispatch, FrameWork, PASSES};
-use crate::gpu::{Buffers, Capacity, Counters, GpuCurve, GpuError, GpuFrame, Variant, most_bytes};
+use crate::gpu::{Buffers, Capacity, GpuCurve, GpuError, GpuFrame, Variant};
 use crate::measure::FrameUpload;
 use crate::plan::Plan;
 use crate::pyramid::SampleSource;
@@ -467,50 +468,5 @@ impl Renderer {
         }
         let results = profiler.process_finished_frame(period)?;
         Some(results.into_iter().filter_map(|r| r.time.map(|t| (r.label, (t.end - t.start) * 1e3))).collect())
-    }
-
-    /// Makes room for what a frame needed, when its counters say that patches were dropped. Returns
-    /// whether it grew; the caller draws the frame again.
-    ///
-    /// # Errors
-    /// When the device does not allow that much.
-    pub fn grow(&mut self, counters: &Counters) -> Result<bool, RenderError> {
-        if counters.patches_dropped == 0 {
-            return Ok(false);
-        }
-        let wanted = Capacity { vertices: counters.vertices_needed, indices: counters.indices_needed };
-        let buffers = Buffers::new(&self.device, self.shape, self.plan.variant.extent(), wanted)?;
-        let got = buffers.capacity;
-        if got.vertices < wanted.vertices || got.indices < wanted.indices {
-            return Err(RenderError::Gpu(GpuError::TooLarge {
-                what: "the visible mesh",
-                bytes: (u64::from(wanted.vertices) * 16).max(u64::from(wanted.indices) * 4),
-                most: most_bytes(&self.device.limits()),
-            }));
-        }
-        self.buffers = buffers;
-        self.plan.resize(self.shape, got);
-        for pass in &mut self.passes {
-            pass.rebind(&self.device, &self.buffers);
-        }
-        self.make_view_frame();
-        self.rebind_draws();
-        self.send_box_arguments();
-        if self.watch.is_some() {
-            self.watch();
-        }
-        // The new buffers are empty: everything is sent again with the next frame.
-        self.forget_windows();
-        Ok(true)
-    }
-
-    /// Nothing of any window lies on the GPU any more.
-    fn forget_windows(&mut self) {
-        self.state = None;
-        self.resident.clear();
-        self.stream.forget();
-        if let Some(curve) = &mut self.curve {
-            curve.forget();
-        }
     }
 }

@@ -207,7 +207,7 @@ impl Host {
             log::info!("the window system does not hold the cursor in the window");
         }
         self.window.set_cursor_visible(false);
-        self.panels.lose_pointer(&self.window);
+        self.panels.lose_pointer();
         self.mouse.captured = true;
     }
 

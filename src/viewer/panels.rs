@@ -111,11 +111,9 @@ impl Panels {
     }
 
     /// The pointer is not theirs: it was taken to look around.
-    pub fn lose_pointer(&mut self, window: &Window) {
-        let device_id = winit::event::DeviceId::dummy();
-        let left = WindowEvent::CursorLeft { device_id };
-        // Nothing consumes that it is gone.
-        let _ = self.event(window, &left);
+    pub fn lose_pointer(&mut self) {
+        self.state.egui_input_mut().events.push(egui::Event::PointerGone);
+        self.pointer = None;
         self.dirty = true;
     }
 
