@@ -1,13 +1,10 @@
 // Visible patches -> vertices and triangles: the tessellation stage WebGPU lacks.
 // One workgroup = one patch; its 64 invocations share the vertices, then the cells. Factors have no
 // upper bound but the buffers. Total: 64 x visible patches. Nothing to clear.
-// How sides are divided: uniform/edges.wgsl or factors/edges.wgsl. Twin: src/reference/expand_patches.rs.
-
-override HAS_VOIDS: bool = false; // triangles that touch a void sample are collapsed
+// Where factors go by error, expand_leaves.wgsl runs instead. How sides are divided: uniform/edges.wgsl. Twin: src/reference/expand_patches.rs.
 
 @group(0) @binding(5) var<storage, read> patches: array<PatchRecord>;
 @group(0) @binding(6) var<storage, read> visible_slots: array<u32>;
-@group(0) @binding(9) var<storage, read_write> indices: array<u32>;
 
 // Quotient of small numbers (below 2^12) by multiplication: integer division costs as much as a vertex.
 fn quotient(v: u32, reciprocal: f32) -> u32 {
@@ -19,34 +16,14 @@ fn extra_base(work: ptr<function, Work>, e: u32) -> vec2<i32> {
     let level = (*work).level;
     let extra = extra_of(work, e);
     let record = (*work).record;
-    let step = step_log2(record);
-    let size = vec2<u32>(record.shape & 0xffu, (record.shape >> 8u) & 0xffu);
-    var corner = vec2<u32>(extra.cell << step, select(0u, size.y, extra.side == 1u));
+    var corner = vec2<u32>(extra.cell, select(0u, (*work).h, extra.side == 1u));
     if extra.side >= 2u {
-        corner = vec2<u32>(select(0u, size.x, extra.side == 3u), extra.cell << step);
+        corner = vec2<u32>(select(0u, (*work).w, extra.side == 3u), extra.cell);
     }
     var base = base_of(level, record.cell + vec2<i32>(corner));
-    let far = i32((extra.t << (level + step)) >> segments_log2(work, extra));
+    let far = i32((extra.t << level) >> segments_log2(work, extra));
     if extra.side < 2u { base.x += far; } else { base.y += far; }
     return base;
-}
-
-fn is_void(v: u32) -> bool {
-    // Written by this workgroup before the barrier; the marker is put into the packed word.
-    return vertices[v].packed == 0xffffffffu;
-}
-
-fn put_triangle(base: u32, at: u32, a: u32, b: u32, c: u32) {
-    var t = vec3<u32>(a, b, c) + vec3<u32>(base);
-    if is_mirrored() {
-        t = t.xzy;
-    }
-    if HAS_VOIDS && (is_void(t.x) || is_void(t.y) || is_void(t.z)) {
-        t = vec3<u32>(t.x); // collapsed: covers nothing, and the counts stay what they were
-    }
-    indices[at] = t.x;
-    indices[at + 1u] = t.y;
-    indices[at + 2u] = t.z;
 }
 
 fn grid_vertex(work: ptr<function, Work>, x: u32, y: u32) -> u32 {
@@ -125,18 +102,6 @@ fn extra_triangle(work: ptr<function, Work>, e: u32) {
     put_triangle((*work).record.first_vertex, (*work).record.first_index + 3u * (2u * w * h + e), a, b, c);
 }
 
-// A vertex of the current chart; on a border it may belong to another.
-fn put_owned(at: u32, own_level: u32, base: vec2<i32>, tag: u32, on_border: bool) {
-    if !on_border {
-        put_vertex(at, own_level, base, tag_at(tag, own_level, base));
-        return;
-    }
-    let home = current_chart();
-    let owner = owner_across(own_level, base);
-    put_vertex(at, owner.level, owner.base, tag_at(tag, owner.level, owner.base));
-    enter_chart(home);
-}
-
 // Extra vertices of the divided sides. A function of its own, as is the next: most patches have no divided
 // side and never unpack any span.
 fn expand_extras(record: PatchRecord, thread: u32, tag: u32) {
@@ -179,7 +144,6 @@ fn expand_patches(
 ) {
     let record = patches[visible_slots[group.x]];
     let size = vec2<i32>(vec2<u32>(record.shape & 0xffu, (record.shape >> 8u) & 0xffu));
-    let step = step_log2(record);
     let w = grid_cells(record).x;
     let h = grid_cells(record).y;
     let level = (record.shape >> 16u) & 0xffu;
@@ -197,8 +161,7 @@ fn expand_patches(
     let per_row = 1.0 / f32(w + 1u);
     for (var v = thread; v < grid; v += 64u) {
         let y = quotient(v, per_row);
-        let node = vec2<i32>(vec2<u32>(v - y * (w + 1u), y) << vec2<u32>(step));
-        let base = base_of(level, record.cell + min(node, size));
+        let base = base_of(level, record.cell + vec2<i32>(vec2<u32>(v - y * (w + 1u), y)));
         var owner = level;
         if touches {
             owner = owner_of(level, base);

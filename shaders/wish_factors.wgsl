@@ -1,22 +1,15 @@
-// Blocks' deviations -> thresholds: at which screen-space error each step of a patch may be taken. One invocation
-// = one patch slot; total: lanes x slots_per_level. Seen or not, because seen patches share edges with unseen
-// ones. Also clears the weights for the next pass.
-// Held against the formula in f64: tests/factors.rs.
+// Blocks -> wishes: bins by which the codes of a block's nodes move on the scale of thresholds, from how large a metre
+// shows on screen there. One invocation = one patch slot; total: lanes x slots_per_level. Seen or not, because
+// seen patches share edges with unseen ones. Also clears the weights for the next pass.
+// Held against what is drawn, pixel by pixel: tests/factors.rs.
 
 @group(0) @binding(5) var<storage, read> patches: array<PatchRecord>;
-@group(0) @binding(19) var<storage, read_write> wishes: array<u32>; // thresholds of steps 2, 4, 8, 16, eight bits each
+@group(0) @binding(19) var<storage, read_write> wishes: array<i32>;
 @group(0) @binding(20) var<storage, read_write> weights: array<i32>;
+@group(0) @binding(22) var<storage, read> grades: array<u32>;
 
-const WEIGHTS = 256u;
-
-// However large an error is, a budget may ask for it: the scale's top is the coarsest mesh there is.
-fn bin_of(px: f32) -> u32 {
-    if !(px < 1e30) {
-        return COARSEST;
-    }
-    let bin = ceil(log2(max(px, 1e-30) / choice.reference_px) * BINS_PER_OCTAVE + choice.reference_bin + 1e-3);
-    return u32(clamp(bin, 0.0, f32(COARSEST)));
-}
+const WEIGHTS = 1024u;
+const GRADE_WORDS = 98u;
 
 @compute @workgroup_size(64)
 fn wish_factors(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -29,25 +22,20 @@ fn wish_factors(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     }
     let seat = seat_of(slot, patches[slot]);
     let level = seat.level;
-    let block = seat.block;
-    let address = table_address(level, block);
-    var box = patch_box(box_over(level, seat.lo, seat.hi), level, base_of(level, seat.lo), base_of(level, seat.hi));
+    let address = table_address(level, seat.block);
+    let box = patch_box(box_over(level, seat.lo, seat.hi), level, base_of(level, seat.lo), base_of(level, seat.hi));
     // The true surface, which the error is measured on, lies no further off than this.
-    let off = deviation(address, 0u);
-    let scale = px_per_m(widened(box, off));
-    var bins = vec4<u32>(0u);
-    for (var k = 1u; k <= 4u; k++) {
-        let metres = deviation(address, k);
-        bins[k - 1u] = select(bin_of((metres + bend_m(level + k)) * scale), NEVER, metres == VOID);
+    let scale = px_per_m(widened(box, deviation(address, 0u)));
+    let octaves = log2(clamp(scale / choice.reference_px, 1e-30, 1e30));
+    // However large an error is, a budget may ask for it: bins are cut to the scale only where they are compared.
+    let shown = i32(ceil(octaves * BINS_PER_OCTAVE + choice.reference_bin + 1e-3));
+    // Beside a finer level that one's samples, which the block does not have, stand on its sides: leaves fanned to them
+    // may deviate by figure 0 once more. What is coded is no less than figure 0, so twice all of it is enough.
+    var beside_finer = false;
+    for (var k = 0u; k < 8u; k++) {
+        let next = beyond(level, seat.block, k / 2u, k & 1u);
+        beside_finer = beside_finer || (next.found && next.level < level);
     }
-    // Beside a finer level halves of a side differ: a step must not span both.
-    for (var side = 0u; side < 4u; side++) {
-        for (var half = 0u; half < 2u; half++) {
-            let next = beyond(level, block, side, half);
-            if next.found && next.level < level {
-                bins.w = NEVER;
-            }
-        }
-    }
-    wishes[address] = bins.x | (bins.y << 8u) | (bins.z << 16u) | (bins.w << 24u);
+    let shift = shown + select(0i, i32(BINS_PER_OCTAVE), beside_finer);
+    wishes[address] = bitcast<i32>(grades[GRADE_WORDS * address]) + shift;
 }

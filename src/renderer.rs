@@ -27,7 +27,7 @@ use glam::{DMat4, DVec3};
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 
 use crate::camera::{Camera, PoseError};
-use crate::clipmap::{ChartWindows, ClipmapError, ClipmapShape, Windows};
+use crate::clipmap::{ChartWindows, ClipmapError, ClipmapShape, Rect, Windows};
 use crate::gpu::passes::ComputePass;
 use crate::gpu::passes::draw_bounds::DrawBounds;
 use crate::gpu::passes::draw_terrain::{DrawTerrain, begin_pass};
@@ -95,6 +95,8 @@ pub struct Renderer {
     /// Levels that the last prepared frame could not draw yet.
     missing_levels: u32,
     work: FrameWork,
+    /// Blocks of each lane whose deviations the last `prepare` left in their table, recorded or not.
+    described: Vec<Rect>,
     staging: Vec<u32>,
     /// Curved surfaces only: what of them the GPU holds.
     curve: Option<curve::CurveState>,
@@ -129,7 +131,11 @@ impl Renderer {
         scene: &Scene,
     ) -> Result<Self, RenderError> {
         let shape = scene.shape(terrain)?;
-        let capacity = crate::plan::room(scene, shape, crate::plan::variant(scene, terrain));
+        let variant = crate::plan::variant(scene, terrain);
+        let mut capacity = crate::plan::room(scene, shape, variant);
+        if variant.by_error && !choose::measure(terrain) {
+            capacity = Capacity::worst_case(shape, variant.charts);
+        }
         Self::with_capacity(device, queue, format, terrain, scene, capacity)
     }
 
@@ -193,6 +199,7 @@ impl Renderer {
             stream: streaming::StreamState::default(),
             missing_levels: 0,
             work: FrameWork::default(),
+            described: Vec::new(),
             staging: Vec::new(),
             curve,
             profiler: None,
@@ -298,8 +305,8 @@ impl Renderer {
         let old = self.state.as_ref().map(|s| s.windows.clone());
         self.upload_control(old.as_ref(), &windows, &mut upload);
         self.upload_records(&windows, &mut upload);
-        self.upload_choice(&windows, size_px, &mut upload);
         let shifted = self.upload_strips(&windows, &mut upload);
+        self.upload_choice(&windows, size_px, &mut upload);
         self.upload_held_before(&windows, &mut upload);
         let mut state = self.state_for(camera, windows, size_px, &shifted);
         state.background = self.background(&looks);
@@ -394,7 +401,7 @@ impl Renderer {
                 profiler.end_query(encoder, query);
             }
         }
-        // Recorded once: a second recording without `prepare` must not refill again.
+        // Recorded once: a second recording without `prepare` must not refill or grade again.
         self.work =
             FrameWork { lanes: self.work.lanes, bounds_side: self.work.bounds_side, ..FrameWork::default() };
         self.commit_windows();

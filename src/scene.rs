@@ -255,13 +255,14 @@ pub enum ColorMode {
     Refill,
 }
 
-/// How finely patches are divided.
+/// Which vertices patches have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Factors {
     /// All cells of every level, as Song et al. draw them.
     #[default]
     Uniform,
-    /// Each patch as finely as its measured deviation asks for. Both limits may be given: the coarser mesh wins.
+    /// Of each patch the vertices that its measured deviation asks for. Both limits may be given: the coarser mesh
+    /// wins. What is no limit (0, less, no number) counts as the least there is.
     ByError {
         /// Most that a vertex-to-surface deviation may show on screen, pixels.
         pixel_error: Option<f32>,
@@ -295,7 +296,7 @@ pub struct Scene {
     pub morph: bool,
     /// Distance fog (shaded colouring only).
     pub fog: bool,
-    /// How finely patches are divided.
+    /// Which vertices patches have.
     pub factors: Factors,
     /// Draw only patches in view; off for complete meshes.
     pub cull: bool,
@@ -348,7 +349,7 @@ impl Scene {
         let refused = |why| Err(ClipmapError::NoDeviations { why });
         if !terrain.source.has_deviations() {
             return refused(if terrain.source.streaming().is_some() {
-                "the store was built without deviations: build it again"
+                "the store was built without deviations of these meshes: build it again"
             } else {
                 "the globe's finest level has too many samples to measure: leave finer regions out"
             });

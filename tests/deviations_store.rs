@@ -15,7 +15,7 @@ use tessclip::clipmap::Rect;
 use tessclip::heights::{GridSource, HeightError, HeightGrid, RasterHeader, RasterSource};
 use tessclip::pyramid::store::{BuildOptions, InMemory, Progress, Store, StoreError, build};
 use tessclip::pyramid::{
-    BlockDeviation, Deviations, MemoryPyramid, Prefilter, STEPS, SampleSource, blocks_at,
+    BlockDeviation, Deviations, FIGURES, MemoryPyramid, Prefilter, SampleSource, blocks_at,
 };
 use tessclip::stream::{StreamOptions, TileSource};
 
@@ -85,9 +85,9 @@ fn compare(stored: &TileSource, exact: &Deviations, name: &str) {
                 assert_eq!(ours, theirs, "{name}: level {level}, block {place:?}");
                 continue;
             }
-            for k in 0..STEPS {
+            for k in 0..FIGURES {
                 let (ours, theirs) = (ours.metres(k), theirs.metres(k));
-                let at = format!("{name}: level {level}, block {place:?}, step {k}: {ours} {theirs}");
+                let at = format!("{name}: level {level}, block {place:?}, rank {k}: {ours} {theirs}");
                 assert!(ours >= theirs / 1.01, "{at}");
                 assert!(ours <= 4.0 * theirs + 1.0, "{at}");
                 loosest = loosest.max((ours - 1.0) / theirs.max(1.0));
@@ -128,9 +128,9 @@ fn blocks_with_a_void_anywhere_under_them_are_unknown() {
         for level in 0..=source.lattice().coarsest_level() {
             for (place, ours, theirs) in pairs(&source, &exact, level) {
                 assert!(ours.metres(0) < unknown);
-                for k in 1..STEPS {
+                for k in 1..FIGURES {
                     let (ours, theirs) = (ours.metres(k) == unknown, theirs.metres(k) == unknown);
-                    assert_eq!(ours, theirs, "{prefilter}: level {level}, block {place:?}, step {k}");
+                    assert_eq!(ours, theirs, "{prefilter}: level {level}, block {place:?}, rank {k}");
                 }
             }
         }
@@ -190,6 +190,19 @@ fn with_manifest(mut files: InMemory, change: impl Fn(&mut serde_json::Value)) -
     files
 }
 
+/// Streams the samples, and knows no deviations.
+fn streamed_without(grid: &HeightGrid, files: InMemory) {
+    let source = streamed(files).unwrap();
+    assert!(!source.store().has_deviations());
+    assert!(source.store().verify(2, &|_, _| {}).whole());
+    source.load_deviations().unwrap();
+    let mut out = Vec::new();
+    assert!(!source.read_deviations(0, Rect { lo: [0, 0], hi: [3, 3] }, &mut out) && out.is_empty());
+    let mut samples = Vec::new();
+    source.read_now(0, Rect { lo: [5, 7], hi: [5, 7] }, &mut samples);
+    assert_eq!(samples, [grid.heights_m[7 * 700 + 5]]);
+}
+
 #[test]
 fn stores_made_before_there_were_deviations_are_streamed_without() {
     let grid = mountains(700, 533);
@@ -198,14 +211,20 @@ fn stores_made_before_there_were_deviations_are_streamed_without() {
         manifest["files"].as_object_mut().unwrap().retain(|f, _| !f.contains("/deviations/"));
     });
     old.files.retain(|f, _| !f.contains("/deviations/"));
-    let source = streamed(old).unwrap();
-    assert!(!source.store().has_deviations());
-    assert!(source.store().verify(2, &|_, _| {}).whole());
-    let mut out = Vec::new();
-    assert!(!source.read_deviations(0, Rect { lo: [0, 0], hi: [3, 3] }, &mut out) && out.is_empty());
-    let mut samples = Vec::new();
-    source.read_now(0, Rect { lo: [5, 7], hi: [5, 7] }, &mut samples);
-    assert_eq!(samples, [grid.heights_m[7 * 700 + 5]]);
+    streamed_without(&grid, old);
+}
+
+#[test]
+fn deviations_of_the_meshes_before_these_are_not_read() {
+    let grid = mountains(700, 533);
+    let now = in_memory(&grid, &BuildOptions::default());
+    assert!(streamed(now.clone()).unwrap().store().has_deviations());
+    let mut old = with_manifest(now, |manifest| manifest["schema"] = "tessclip-store/2".into());
+    // Five figures a block are not nine.
+    for (_, content) in old.files.iter_mut().filter(|(f, _)| f.contains("/deviations/c/")) {
+        content.truncate(content.len() * 5 / 9);
+    }
+    streamed_without(&grid, old);
 }
 
 #[test]

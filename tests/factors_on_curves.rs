@@ -9,15 +9,22 @@ use glam::DVec3;
 use tessclip::clipmap::Rect;
 use tessclip::gpu::Offscreen;
 use tessclip::measure::{Mesh, check_closed, invariants::draw};
-use tessclip::pyramid::{STEPS, blocks_at};
+use tessclip::pyramid::{FIGURES, blocks_at};
+use tessclip::quads::{Patch, block_nodes, rank};
 use tessclip::surface::{Base, Ellipsoid};
 use tessclip::{Camera, Factors, Prefilter, Renderer, Scene, Terrain};
 
-/// Draws all patches of a closed surface from everywhere; tells which steps appeared.
+/// Rank of the finest nodes that a patch owns; 9 where there are only corners.
+fn finest_rank(patch: &Patch) -> u32 {
+    let own = patch.by_error.unwrap();
+    block_nodes().filter(|node| own.has(*node)).map(rank).min().unwrap()
+}
+
+/// Draws all patches of a closed surface from everywhere; tells of which ranks patches' finest nodes were.
 fn check(name: &str, terrain: &Terrain, n: u32, cameras: &[Camera], euler: i64) -> BTreeSet<u32> {
     let gpu = common::gpu();
     let target = Offscreen::new(&gpu.device, [320, 200]).unwrap();
-    let mut steps = BTreeSet::new();
+    let mut finest = BTreeSet::new();
     for factors in [
         Factors::ByError { pixel_error: Some(1.0), budget: None },
         Factors::ByError { pixel_error: None, budget: Some(9_000) },
@@ -29,7 +36,7 @@ fn check(name: &str, terrain: &Terrain, n: u32, cameras: &[Camera], euler: i64) 
             draw(&gpu, &mut renderer, &target, camera).unwrap();
             let read = renderer.read_mesh().unwrap();
             assert_eq!(read.counters.patches_dropped, 0);
-            steps.extend(read.patches.iter().map(|p| p.patch().step()));
+            finest.extend(read.drawn().iter().map(finest_rank));
             let mesh = Mesh::from_gpu(&read);
             let told = format!("{name}, {factors:?}, camera {k} {camera:?}");
             let faults = check_closed(&mesh);
@@ -37,7 +44,7 @@ fn check(name: &str, terrain: &Terrain, n: u32, cameras: &[Camera], euler: i64) 
             assert_eq!(faults.euler, euler, "{told}");
         }
     }
-    steps
+    finest
 }
 
 #[test]
@@ -52,8 +59,8 @@ fn the_planet_is_closed_with_factors_by_error() {
         .enumerate()
         .map(|(k, [lon, lat])| terrain.camera([*lon, *lat, [2e4, 4e5, 3e6][k % 3], 30.0, -40.0], 60.0))
         .collect();
-    let steps = check("planet", &terrain, 511, &cameras, 2);
-    assert!(steps.len() >= 3, "{steps:?}");
+    let finest = check("planet", &terrain, 511, &cameras, 2);
+    assert!(finest.len() >= 4, "{finest:?}");
 }
 
 #[test]
@@ -69,11 +76,54 @@ fn the_torus_is_closed_with_factors_by_error() {
             cameras.push(terrain.camera([x, y, 300.0, 0.0, -20.0], 60.0));
         }
     }
-    let steps = check("torus", &terrain, 511, &cameras, 0);
-    assert!(steps.len() >= 3, "{steps:?}");
+    let finest = check("torus", &terrain, 511, &cameras, 0);
+    assert!(finest.len() >= 4, "{finest:?}");
 }
 
-/// Greatest normal component of what a step leaves of the true surface, against the figure and the chord.
+/// A right triangle of a block in nodes from its south-west corner: right angle, then ends of the hypotenuse.
+type Right = [[i32; 2]; 3];
+
+/// Shares of a triangle's corners in a point of its plane.
+fn corner_shares([a, b, c]: Right, p: [i32; 2]) -> [f64; 3] {
+    let cross = |a: [i32; 2], b: [i32; 2], c: [i32; 2]| {
+        f64::from(b[0] - a[0]) * f64::from(c[1] - a[1]) - f64::from(b[1] - a[1]) * f64::from(c[0] - a[0])
+    };
+    [cross(p, b, c), cross(a, p, c), cross(a, b, p)].map(|part| part / cross(a, b, c))
+}
+
+fn drawn(corners: [DVec3; 3], shares: [f64; 3]) -> DVec3 {
+    corners[0] * shares[0] + corners[1] * shares[1] + corners[2] * shares[2]
+}
+
+/// The triangle around a node that the node of a rank would bisect; of rank 0, one that none would.
+fn around([x, y]: [i32; 2], rank: usize) -> Right {
+    let mut right: Right =
+        if x + y <= 16 { [[0, 0], [16, 0], [0, 16]] } else { [[16, 16], [0, 16], [16, 0]] };
+    for _ in rank..8 {
+        let [apex, a, b] = right;
+        let middle = [0, 1].map(|i| (a[i] + b[i]) / 2);
+        let half = [middle, apex, a];
+        let inside = corner_shares(half, [x, y]).iter().all(|share| *share >= 0.0);
+        right = if inside { half } else { [middle, b, apex] };
+    }
+    right
+}
+
+/// A few triangles of a block with a rank.
+fn triangles(rank: usize) -> Vec<Right> {
+    let mut found: Vec<Right> = [[1, 2], [6, 1], [9, 4], [13, 3], [3, 9], [5, 14], [10, 11], [15, 14]]
+        .map(|p| around(p, rank))
+        .into();
+    if rank == 0 {
+        // Of the uniform grid as well, where its diagonal is the other one.
+        found.extend([[[2, 4], [3, 4], [2, 5]], [[12, 10], [11, 10], [12, 9]]]);
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// Greatest normal component of what is left out of the true surface, against the figure and the chord.
 fn worst_share(terrain: &Terrain, sides: f64) -> f64 {
     let curved = terrain.curved.as_ref().unwrap();
     let (radius_m, angle) = curved.surface.bend();
@@ -88,41 +138,36 @@ fn worst_share(terrain: &Terrain, sides: f64) -> f64 {
         };
         for level in 0..=lattice.coarsest_level() {
             let size = blocks_at(lattice, level);
+            let last = lattice.last_at(level);
             for (bx, by) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
                 let mut figures = Vec::new();
                 source.read_deviations(level, Rect { lo: [bx, by], hi: [bx, by] }, &mut figures);
-                for k in 0..STEPS as u32 {
-                    let exponent = level + k;
-                    let bound =
-                        f64::from(figures[0].metres(k as usize)) + bend * 4.0_f64.powi(exponent as i32);
-                    let cells = 1 << (4 - k);
-                    // A few cells of a block and a few places in each: along the diagonal and off it.
-                    for (cx, cy) in [(0, 0), (cells / 2, cells - 1), (cells - 1, cells / 3)] {
-                        let node = |x: i32, y: i32| {
-                            [(bx * cells + x, 0), (by * cells + y, 1)]
-                                .map(|(v, a): (i32, usize)| (v << exponent).min(lattice.last[a]))
-                        };
-                        let (lo, hi) = (node(cx, cy), node(cx + 1, cy + 1));
-                        if hi[0] <= lo[0] || hi[1] <= lo[1] {
+                // Where the data ends within a block, triangles are bisected until none straddles its end:
+                // only the smallest ones are sure to be there.
+                let whole = [bx, by].iter().zip(lattice.last).all(|(b, last)| (16 * b + 16) << level <= last);
+                let ranks = if whole { FIGURES } else { 1 };
+                for rank in 0..ranks {
+                    let exponent = level as usize + rank.div_ceil(2);
+                    let bound = f64::from(figures[0].metres(rank)) + bend * 4.0_f64.powi(exponent as i32);
+                    for right in triangles(rank) {
+                        let nodes = right.map(|p| [16 * bx + p[0], 16 * by + p[1]]);
+                        if nodes.iter().any(|p| p[0] > last[0] || p[1] > last[1]) {
                             continue;
                         }
-                        let span = [hi[0] - lo[0], hi[1] - lo[1]];
-                        for (u, v) in [(1, 1), (1, 3), (2, 2), (3, 1), (3, 3), (2, 0), (0, 2)] {
-                            let p = [lo[0] + span[0] * u / 4, lo[1] + span[1] * v / 4];
-                            let (s, t) = (
-                                f64::from(p[0] - lo[0]) / f64::from(span[0]),
-                                f64::from(p[1] - lo[1]) / f64::from(span[1]),
-                            );
-                            let at = |q: [i32; 2]| point(q).0;
-                            let (sw, se, nw, ne): (DVec3, DVec3, DVec3, DVec3) =
-                                (at(lo), at([hi[0], lo[1]]), at([lo[0], hi[1]]), at(hi));
-                            let drawn = if s + t <= 1.0 {
-                                sw + (se - sw) * s + (nw - sw) * t
-                            } else {
-                                ne + (nw - ne) * (1.0 - s) + (se - ne) * (1.0 - t)
-                            };
+                        let corners = nodes.map(|p| lattice.base(level, p));
+                        let heights = corners.map(|p| point(p).0);
+                        // A few places in each: on its edges and off them.
+                        for (u, v) in [(1, 1), (1, 2), (2, 1), (2, 2), (1, 3), (3, 1), (0, 2), (2, 0)] {
+                            let p = [0, 1].map(|i| {
+                                let off = |k: usize| corners[k][i] - corners[0][i];
+                                corners[0][i] + (off(1) * u + off(2) * v) / 4
+                            });
+                            let shares = corner_shares(corners, p);
+                            if shares.iter().any(|share| *share < 0.0) {
+                                continue;
+                            }
                             let (truth, up) = point(p);
-                            let off = (truth - drawn).dot(up).abs();
+                            let off = (truth - drawn(heights, shares)).dot(up).abs();
                             worst = worst.max((off - 1e-6) / bound.max(1e-9));
                         }
                     }
@@ -141,24 +186,17 @@ fn figures_bound_the_distance_of_positions() {
     let lattice = terrain.source.lattice();
     let at = |p: [i32; 2]| DVec3::from_array(grid.xyz_m[p[1] as usize * grid.width + p[0] as usize]);
     let (mut worst, mut tried) = (0.0_f64, 0);
-    for y in 0..=lattice.last[1] {
-        for x in 0..=lattice.last[0] {
-            for exponent in 1..=4 {
-                let lo = [x, y].map(|v| (v - i32::from(v == 202)) >> exponent << exponent);
-                let hi = [0, 1].map(|a| (lo[a] + (1 << exponent)).min(lattice.last[a]));
-                let [s, t] = [x - lo[0], y - lo[1]].map(f64::from);
-                let (s, t) = (s / f64::from(hi[0] - lo[0]), t / f64::from(hi[1] - lo[1]));
-                let (sw, se, nw, ne) = (at(lo), at([hi[0], lo[1]]), at([lo[0], hi[1]]), at(hi));
-                let drawn = if s + t <= 1.0 {
-                    sw + (se - sw) * s + (nw - sw) * t
-                } else {
-                    ne + (nw - ne) * (1.0 - s) + (se - ne) * (1.0 - t)
-                };
-                let off = (at([x, y]) - drawn).length();
-                let block = lo.map(|v| v >> 4);
-                let mut figures = Vec::new();
-                terrain.source.read_deviations(0, Rect { lo: block, hi: block }, &mut figures);
-                let figure = f64::from(figures[0].metres(exponent as usize));
+    // Whole blocks; where the data ends within one, triangles are bisected besides.
+    let blocks = lattice.last.map(|last| last / 16);
+    for block in (0..blocks[1]).flat_map(|y| (0..blocks[0]).map(move |x| [x, y])) {
+        let mut figures = Vec::new();
+        terrain.source.read_deviations(0, Rect { lo: block, hi: block }, &mut figures);
+        for node in (0..=16).flat_map(|y| (0..=16).map(move |x| [x, y])) {
+            let here = |p: [i32; 2]| at([16 * block[0] + p[0], 16 * block[1] + p[1]]);
+            for rank in 1..FIGURES {
+                let right = around(node, rank);
+                let off = (here(node) - drawn(right.map(here), corner_shares(right, node))).length();
+                let figure = f64::from(figures[0].metres(rank));
                 worst = worst.max((off - 1e-9) / figure.max(1e-12));
                 tried += 1;
             }

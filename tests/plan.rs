@@ -12,7 +12,7 @@ use tessclip::gpu::{Capacity, Gpu, Offscreen, Variant};
 use tessclip::heights::{HeightGrid, PositionGrid};
 use tessclip::measure::invariants::draw;
 use tessclip::plan::{DEFAULT_MOST_BYTES, Plan};
-use tessclip::{Camera, ColorMode, Prefilter, Renderer, Scene, Terrain};
+use tessclip::{Camera, ColorMode, Factors, Prefilter, Renderer, Scene, Terrain};
 
 const SIZE: [u32; 2] = [192, 108];
 
@@ -81,6 +81,27 @@ fn six_scenes_take_so_many_passes_bindings_and_bytes() {
 }
 
 #[test]
+fn factors_by_error_take_so_many_more() {
+    let terrain = plane("procedural:mountains?size=513");
+    let figures = [(Some(1.0), None), (None, Some(100_000))].map(|(pixel_error, budget)| {
+        let factors = Factors::ByError { pixel_error, budget };
+        let plan = plan(&terrain, &Scene { factors, ..Scene::default() });
+        let expands: Vec<_> =
+            plan.passes.iter().map(|p| p.pass).filter(|name| name.starts_with("expand")).collect();
+        assert_eq!(expands, ["expand_leaves"]);
+        let totals = plan.totals;
+        (totals.passes, totals.bindings, totals.buffer_bytes)
+    });
+    assert_eq!(figures, [(9, 45, 10_971_636), (10, 50, 5_867_956)]);
+    let uniform = plan(&terrain, &Scene::default());
+    for absent in ["deviations", "wishes", "weights", "grades", "fresh", "leaves"] {
+        assert!(uniform.buffers.iter().all(|b| b.name != absent), "{absent}");
+    }
+    let why = uniform.left_out.iter().find(|l| l.feature == "factors by error").expect("left out");
+    assert!(why.because.contains("MB saved"), "{}", why.because);
+}
+
+#[test]
 fn each_thing_left_out_has_its_reason_and_is_not_in_the_plan() {
     let scenes = scenes();
     let out = |ix: usize| {
@@ -126,8 +147,11 @@ fn renderer(gpu: &Gpu, terrain: &Terrain, scene: &Scene, variant: Variant) -> Re
 #[cfg_attr(tessclip_no_gpu, ignore = "TESSCLIP_NO_GPU=1")]
 fn the_renderer_allocates_what_the_plan_says() {
     let gpu = common::gpu();
-    for (name, terrain, scene) in scenes() {
-        let scene = Scene { n: 63, ..scene };
+    let factors = Factors::ByError { pixel_error: Some(1.0), budget: Some(50_000) };
+    let by_error = Scene { factors, ..Scene::default() };
+    let more = ("plane by error", plane("procedural:mountains?size=513"), by_error);
+    for (name, terrain, scene) in scenes().into_iter().chain([more]) {
+        let scene = Scene { n: if scene.factors == Factors::Uniform { 63 } else { 127 }, ..scene };
         let plan = plan(&terrain, &scene);
         let renderer = Renderer::new(&gpu.device, &gpu.queue, Offscreen::FORMAT, &terrain, &scene);
         let renderer = renderer.expect("drawable");

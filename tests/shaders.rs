@@ -7,10 +7,12 @@
     reason = "a failed expectation is a failed test"
 )]
 
+use std::path::{Path, PathBuf};
+
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use tessclip::gpu::{
-    Counters, GpuChoice, GpuControlQuad, GpuFrame, Ground, PatchRecord, by_error_sources, rival_sources,
-    shader_sources, view_sources,
+    Counters, GpuChoice, GpuControlQuad, GpuFrame, Ground, PatchNodes, PatchRecord, by_error_sources,
+    rival_sources, shader_sources, view_sources,
 };
 use tessclip::reference::Vertex;
 
@@ -26,7 +28,7 @@ fn validate(text: &str) -> Result<naga::Module, String> {
 /// The module with its overrides set, as the pipeline compiles it.
 fn variants(text: &str) -> Vec<String> {
     let mut out = vec![text.to_string()];
-    for name in ["MORPH", "HAS_VOIDS", "FOG", "SHORT", "CULL", "HORIZON", "NORMALS", "BY_ERROR"] {
+    for name in ["MORPH", "HAS_VOIDS", "FOG", "SHORT", "CULL", "HORIZON", "NORMALS"] {
         if !text.contains(&format!("override {name}:")) {
             continue;
         }
@@ -198,6 +200,77 @@ fn the_modules_of_factors_by_error_are_valid() {
     let (members, size) = wgsl_layout(&module, "Choice").expect("present");
     // What is left at the end is two words there and one array here.
     assert_eq!((&members[..5], size), (&rust.0[..5], rust.1));
+}
+
+/// They lie in a plain array of words there, which the shaders count themselves.
+#[test]
+fn the_words_of_a_patchs_nodes_stand_where_the_shaders_look() {
+    let texts = by_error_sources().map(|source| source.text(Ground::Plane));
+    let counting: Vec<_> = texts.iter().filter(|text| text.contains("NODE_WORDS")).collect();
+    assert_eq!(counting.len(), 3, "set_factors writes them, compact_patches and expand_leaves go on");
+    let words = format!("const NODE_WORDS = {}u;", size_of::<PatchNodes>() / 4);
+    assert!(counting.iter().all(|text| text.contains(&words)), "{words}");
+    let bytes = rust_layout!(
+        PatchNodes,
+        cell,
+        shape,
+        visible,
+        first_vertex,
+        first_index,
+        vertices,
+        triangles,
+        rows,
+        extras,
+        spare
+    );
+    let offsets: Vec<u32> = bytes.0.iter().map(|member| member.1 / 4).collect();
+    assert_eq!(offsets, [0, 2, 3, 4, 5, 6, 7, 8, 25, 29]);
+}
+
+/// Values that a shader's text gives a constant.
+fn declared(text: &str, name: &str) -> Vec<u64> {
+    let begin = format!("const {name} = ");
+    let values = text.lines().filter_map(|line| line.trim_start().strip_prefix(&begin));
+    values.map(|rest| rest.split_once("u;").unwrap().0.parse().unwrap()).collect()
+}
+
+/// Every WGSL file of a folder and those within it, with its text.
+fn wgsl_files(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut out = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            out.extend(wgsl_files(&path));
+        } else if path.extension().is_some_and(|end| end == "wgsl") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            out.push((path, text));
+        }
+    }
+    out
+}
+
+/// How far blocks and patches lie apart in plain arrays of words: each file that counts them says it itself.
+#[test]
+fn every_shader_counts_the_same_words() {
+    let files = wgsl_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"));
+    // Private to src/gpu/sizes.rs: three words, and five of codes for each of 17 rows and the west and the
+    // east column; four masks of leaves for each of 17 rows, what lies before each row, four sides, and
+    // seven spare.
+    let grades = 3 + (17 + 2) * 5;
+    let leaves = 4 * 17 + 17 + 4 + 7;
+    let nodes = size_of::<PatchNodes>() as u64 / 4;
+    assert_eq!([grades, leaves, nodes], [98, 96, 32]);
+    for (name, words) in [("GRADE_WORDS", grades), ("LEAF_WORDS", leaves), ("NODE_WORDS", nodes)] {
+        let mut found = 0;
+        for (path, text) in &files {
+            for value in declared(text, name) {
+                assert_eq!(value, words, "{name} in {}", path.display());
+                found += 1;
+            }
+        }
+        assert!(found > 1, "{name} is declared {found} times");
+    }
+    assert_eq!(declared("const GRADE_WORDS = 88u;\nconst LEAF_WORDS = 96u;", "GRADE_WORDS"), [88]);
 }
 
 #[test]

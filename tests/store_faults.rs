@@ -285,7 +285,7 @@ fn memory_and_numbers_from_a_manifest_are_checked_before_use() {
         ("\"size\":[700,400]", "\"size\":[70000,40000]"),
         ("\"size\":[700,400]", "\"size\":[0,400]"),
         ("\"tile\":256", "\"tile\":100000"),
-        ("tessclip-store/2", "tessclip-store/9"),
+        ("tessclip-store/3", "tessclip-store/9"),
         ("\"dtype\":\"float32\"", "\"dtype\":\"int16\""),
         ("\"codec\":\"blosc\"", "\"codec\":\"pcodec\""),
         ("\"spacing_m\":[30.0,30.0]", "\"spacing_m\":[0.0,30.0]"),

@@ -18,7 +18,7 @@ use tessclip::measure::invariants::{draw, gpu_faults};
 use tessclip::measure::{Mesh, enclosed_pixels, sees_below};
 use tessclip::pyramid::store::{BuildOptions, Store};
 use tessclip::stream::{StreamOptions, TileSource};
-use tessclip::{Camera, Prefilter, Renderer, Scene, Terrain};
+use tessclip::{Camera, Factors, Prefilter, Renderer, Scene, Terrain};
 
 const LONG: Duration = Duration::from_secs(60);
 
@@ -111,6 +111,37 @@ fn once_all_is_there_the_mesh_is_that_of_the_pyramid_in_memory() {
             normals_are_the_twins(&b, &from_store);
             from_store.forget_stream();
         }
+    }
+}
+
+#[test]
+#[cfg_attr(tessclip_no_gpu, ignore = "needs a GPU")]
+fn once_all_is_there_factors_by_error_are_those_of_the_pyramid_in_memory() {
+    let gpu = common::gpu();
+    let grid = grid();
+    let target = Offscreen::new(&gpu.device, [160, 90]).unwrap();
+    let memory = Terrain::new(&grid, Prefilter::Subsample);
+    let stored = streamed(open(in_memory(&grid, &BuildOptions::default())), StreamOptions::default());
+    let factors = Factors::ByError { pixel_error: Some(1.0), budget: None };
+    let scene = Scene { n: 127, factors, ..scene() };
+    let mut from_memory = renderer(&gpu, &memory, &scene);
+    let mut from_store = renderer(&gpu, &stored, &scene);
+    let mut before: Option<GpuMesh> = None;
+    // Windows move away and back: blocks that come again are graded again.
+    for (u, v) in [(0.5, 0.5), (0.1, 0.9), (0.13, 0.88), (1.0, 0.0), (0.5, 0.5)] {
+        let camera = camera(&grid, u, v);
+        draw(&gpu, &mut from_memory, &target, &camera).unwrap();
+        complete(&gpu, &mut from_store, &target, &camera);
+        let (a, b) = (from_memory.read_mesh().unwrap(), from_store.read_mesh().unwrap());
+        assert!(a.nodes.len() > 5 && a.triangles.len() > 200, "{} {}", a.nodes.len(), a.triangles.len());
+        let differ = a.nodes.iter().zip(&b.nodes).filter(|(p, q)| p != q).count();
+        assert!(a.nodes == b.nodes, "at {u} {v}: {differ} of {} and {}", a.nodes.len(), b.nodes.len());
+        assert!(a.anchor_m == b.anchor_m && a.triangles == b.triangles, "at {u} {v}");
+        assert!(a.vertices == b.vertices, "at {u} {v}");
+        // Another view's nodes are others.
+        assert!(before.is_none_or(|old| old.nodes != b.nodes), "at {u} {v}");
+        before = Some(b);
+        from_store.forget_stream();
     }
 }
 

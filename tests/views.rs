@@ -74,7 +74,7 @@ fn refills_are_marked_vertex_by_vertex() {
     let mesh = renderer.read_mesh().expect("read");
     let mut counts = [0, 0];
     let mut at = 0;
-    for patch in mesh.patches.iter().map(tessclip::gpu::PatchRecord::patch) {
+    for patch in mesh.drawn() {
         for base in patch.bases(after.lattice) {
             let owner = after.owner(patch.level, base);
             let node = after.lattice.node(owner, base);
@@ -142,7 +142,7 @@ fn marks_of_errors_bound_what_is_measured_and_not_by_far() {
         let lattice = renderer.windows().expect("placed").charts[0].lattice;
         let mut at = 0;
         let (mut points, mut ratios) = (0, Vec::new());
-        for patch in mesh.patches.iter().map(tessclip::gpu::PatchRecord::patch) {
+        for patch in mesh.drawn() {
             let mark = mesh.vertices[at].packed >> 24;
             at += patch.vertex_count() as usize;
             assert!(mark < 255, "every deviation is known");

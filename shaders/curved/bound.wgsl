@@ -13,13 +13,7 @@ fn bound_block(level: u32, block: vec2<i32>, lo: vec2<i32>, hi: vec2<i32>) {
             let node = vec2<i32>(x, y);
             let sample = samples[sample_address(level, node)].xyz;
             if sample.x != VOID_POSITION {
-                let own = anchor_of(level, node);
-                var at = sample >> vec3<u32>(BOX_BITS);
-                if own != home {
-                    // Blocks may lie further apart than units reach, but not further than these.
-                    let far = (anchors[own].xyz - anchors[home].xyz) << vec3<u32>(LOW_BITS - BOX_BITS);
-                    at += far + ((anchors[own + 1u].xyz - anchors[home + 1u].xyz) >> vec3<u32>(BOX_BITS));
-                }
+                let at = coarse_offset(home, anchor_of(level, node), sample);
                 low = min(low, at);
                 high = max(high, at + vec3<i32>(2i));
             }

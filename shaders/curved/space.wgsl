@@ -60,6 +60,17 @@ fn apart(from_anchor: u32, to_anchor: u32) -> vec3<i32> {
     return (high << vec3<u32>(LOW_BITS)) + anchors[to_anchor + 1u].xyz - anchors[from_anchor + 1u].xyz;
 }
 
+// A block's offset as seen from another anchor, in 2^BOX_BITS units: blocks may lie further apart than units reach,
+// but not further than these.
+fn coarse_offset(from_anchor: u32, own_anchor: u32, offset: vec3<i32>) -> vec3<i32> {
+    let at = offset >> vec3<u32>(BOX_BITS);
+    if own_anchor == from_anchor {
+        return at;
+    }
+    let far = (anchors[own_anchor].xyz - anchors[from_anchor].xyz) << vec3<u32>(LOW_BITS - BOX_BITS);
+    return at + far + ((anchors[own_anchor + 1u].xyz - anchors[from_anchor + 1u].xyz) >> vec3<u32>(BOX_BITS));
+}
+
 // Offset from a block's anchor -> metres from the frame's anchor. Split before anything is added: offsets
 // take all bits.
 fn placed(level: u32, anchor: u32, offset: vec3<i32>) -> vec3<f32> {

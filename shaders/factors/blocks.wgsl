@@ -14,9 +14,9 @@ struct Choice {
 
 @group(0) @binding(17) var<uniform> choice: Choice;
 
-const NEVER = 255u;          // threshold of a step that must not be taken
-const COARSEST = 254u;       // greatest threshold there is
-const BINS_PER_OCTAVE = 20.0;
+const COARSEST = 1022u;      // greatest threshold: 46 octaves over a pixel under a budget, whatever the relief
+const BINS_PER_OCTAVE = 20.0; // the scale of thresholds and of grades
+const BLOCK_CELLS = 16i;
 
 // Whole blocks a side of a window's toroidal tables.
 fn table_address(level: u32, block: vec2<i32>) -> u32 {
@@ -50,30 +50,12 @@ fn seat_of(slot: u32, record: PatchRecord) -> Seat {
     return Seat(level, record.cell, record.cell + size, record.cell >> vec2<u32>(4u));
 }
 
-// First and last node of a side along it, and the data's last base sample there.
-fn side_nodes(seat: Seat, side: u32) -> vec3<i32> {
-    return select(vec3<i32>(seat.lo.x, seat.hi.x, data_last().x), vec3<i32>(seat.lo.y, seat.hi.y, data_last().y), side >= 2u);
-}
-
-// Steps of 2^k cells that a patch has east and north.
-fn steps_of(seat: Seat, k: u32) -> vec2<i32> {
-    return (seat.hi - seat.lo + vec2<i32>((1i << k) - 1i)) >> vec2<u32>(k);
-}
-
 struct Beyond {
     found: bool,
     chart: u32,
     level: u32,
     block: vec2<i32>,
-}
-
-// Where the thresholds of what lies beyond stand. The current chart is the same before and after.
-fn address_of(next: Beyond) -> u32 {
-    let home = current_chart();
-    enter_chart(next.chart);
-    let address = table_address(next.level, next.block);
-    enter_chart(home);
-    return address;
+    side: u32, // of it, the one that faces us
 }
 
 // The block beyond half a side (0: its west or south half).
@@ -88,10 +70,10 @@ fn beyond(level: u32, block: vec2<i32>, side: u32, half: u32) -> Beyond {
             if among(2i * next, fine) {
                 let low = 2i * next + select(vec2<i32>(0i), across, step < 0i);
                 let at = low + (vec2<i32>(1i) - across) * i32(half);
-                return Beyond(among(at, fine), home, level - 1u, at);
+                return Beyond(among(at, fine), home, level - 1u, at, side ^ 1u);
             }
         }
-        return Beyond(true, home, level, next);
+        return Beyond(true, home, level, next, side ^ 1u);
     }
     // Beyond the data there may be another chart.
     let ends = (node_of(level, data_last()) - vec2<i32>(1i)) >> vec2<u32>(4u);
@@ -102,16 +84,16 @@ fn beyond(level: u32, block: vec2<i32>, side: u32, half: u32) -> Beyond {
         let coarse = next >> vec2<u32>(1u);
         // Where the data ends the block beyond may be our own parent: nothing is drawn there.
         let parent = any((coarse == (block >> vec2<u32>(1u))) & (across == vec2<i32>(1i)));
-        return Beyond(!parent && among(coarse, drawn_blocks(level + 1u)), home, level + 1u, coarse);
+        return Beyond(!parent && among(coarse, drawn_blocks(level + 1u)), home, level + 1u, coarse, side ^ 1u);
     }
-    return Beyond(false, home, level, next);
+    return Beyond(false, home, level, next, side ^ 1u);
 }
 
 // The block of the chart beyond a side at `along` on it: charts count alike along their border, and their levels
 // differ by one at most there (src/clipmap/charts.rs).
 fn across_border(level: u32, along: i32, side: u32, half: u32) -> Beyond {
     let home = current_chart();
-    var found = Beyond(false, home, level, vec2<i32>(0i));
+    var found = Beyond(false, home, level, vec2<i32>(0i), side);
     if !cross_over(side) {
         return found;
     }
@@ -125,7 +107,7 @@ fn across_border(level: u32, along: i32, side: u32, half: u32) -> Beyond {
         let line = select(vec2<i32>(0i), far, (entry & 1u) == 1u);
         let block = select(vec2<i32>(at, line.y), vec2<i32>(line.x, at), entry >= 2u);
         if among(block, drawn_blocks(l)) {
-            found = Beyond(true, current_chart(), l, block);
+            found = Beyond(true, current_chart(), l, block, entry);
             break;
         }
     }
@@ -133,20 +115,7 @@ fn across_border(level: u32, along: i32, side: u32, half: u32) -> Beyond {
     return found;
 }
 
-// Largest step, log2, at a threshold: a block's thresholds only grow with the step.
-fn step_at(wish: u32, threshold: u32) -> u32 {
-    let bins = (vec4<u32>(wish) >> vec4<u32>(0u, 8u, 16u, 24u)) & vec4<u32>(255u);
-    let fits = vec4<u32>(bins <= vec4<u32>(threshold));
-    return fits.x + fits.y + fits.z + fits.w;
-}
-
-// Threshold at which a step of 2^k is first taken.
-fn threshold_of(wish: u32, k: u32) -> u32 {
-    return (wish >> (8u * (k - 1u))) & 255u;
-}
-
-// Segments of a side's cells between two nodes when its chain's vertices are 2^exponent base samples apart.
-fn segments_between(level: u32, from_node: i32, to_node: i32, last: i32, exponent: u32) -> u32 {
-    let length = min(to_node << level, last) - (from_node << level);
-    return u32((length + (1i << exponent) - 1i) >> exponent);
+// Cells of a block of the current chart; fewer than 16 where the data ends.
+fn cells_of(level: u32, block: vec2<i32>) -> vec2<u32> {
+    return vec2<u32>(clamp(node_of(level, data_last()) - BLOCK_CELLS * block, vec2<i32>(0i), vec2<i32>(BLOCK_CELLS)));
 }

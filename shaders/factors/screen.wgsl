@@ -1,15 +1,5 @@
 // What the deviations of blocks come to on screen.
 
-@group(0) @binding(18) var<storage, read> deviations: array<u32>; // three words a block
-
-const UNKNOWN = 0x7f7f0000u; // bits of a deviation that is not known
-
-fn deviation(block: u32, k: u32) -> f32 {
-    let word = deviations[3u * block + k / 2u];
-    let bits = select(word << 16u, word & 0xffff0000u, (k & 1u) == 1u);
-    return select(bitcast<f32>(bits), VOID, bits >= UNKNOWN);
-}
-
 // Most pixels that a metre of deviation anywhere in a box may take of the picture. A point p shows at
 // (row . p) / w; its derivative along a direction is (row . direction - ndc (w_row . direction)) / w: moved_px()
 // bounds it for the directions there are. Points out of the picture do not count: ndc is cut to it, and what is

@@ -40,11 +40,6 @@ fn is_divided(record: PatchRecord) -> bool {
     return (record.outer_sn | record.outer_we) != 0u;
 }
 
-// log2 of the step of the patch's own grid, in cells of its level.
-fn step_log2(record: PatchRecord) -> u32 {
-    return 0u;
-}
-
 // Cells of the patch's own grid.
 fn grid_cells(record: PatchRecord) -> vec2<u32> {
     return vec2<u32>(record.shape & 0xffu, (record.shape >> 8u) & 0xffu);

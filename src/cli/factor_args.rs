@@ -92,8 +92,9 @@ pub struct FactorWishes {
     /// windows' finest levels reach (a larger --n reaches further) and before --morph moves anything
     #[arg(long, value_name = "P", value_parser = parse_pixel_error, allow_negative_numbers = true)]
     pub pixel_error: Option<f32>,
-    /// Keep a frame under T triangles, 1000 to 50000000; with --pixel-error the coarser mesh wins. Patches over
-    /// voids are never coarse: there it may not be met, and a warning says so
+    /// Keep a frame under T triangles, 1000 to 50000000; with --pixel-error the coarser mesh wins. No mesh has
+    /// fewer than some two a patch in view (a smaller --n has fewer patches), and beside voids nothing is left
+    /// out: a warning says where T is not met
     #[arg(long, value_name = "T", value_parser = parse_budget, allow_negative_numbers = true)]
     pub budget: Option<u32>,
 }

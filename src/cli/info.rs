@@ -130,7 +130,9 @@ fn of_store(store: &Store, json: bool) -> anyhow::Result<Outcome> {
         manifest.files.len()
     )];
     if !store.has_deviations() {
-        notes.push("made before deviations were stored: build it again for factors by error".into());
+        notes.push(
+            "made before deviations of these meshes were stored: build it again for factors by error".into(),
+        );
     }
     if !manifest.sources.is_empty() {
         notes.push(format!("made from {} by {}", manifest.sources.join(", "), manifest.made_by));

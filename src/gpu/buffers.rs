@@ -68,6 +68,9 @@ pub struct DeviationBuffers {
 pub struct ByErrorBuffers {
     pub wishes: wgpu::Buffer,
     pub weights: wgpu::Buffer,
+    pub grades: wgpu::Buffer,
+    pub fresh: wgpu::Buffer,
+    pub leaves: wgpu::Buffer,
 }
 
 impl Buffers {
@@ -123,6 +126,9 @@ impl Buffers {
             true => Some(ByErrorBuffers {
                 wishes: make("wishes", U::STORAGE)?,
                 weights: make("weights", U::STORAGE)?,
+                grades: make("grades", U::STORAGE)?,
+                fresh: make("fresh", host)?,
+                leaves: make("leaves", U::STORAGE)?,
             }),
         };
         Ok(Self {
@@ -178,7 +184,13 @@ impl Buffers {
             all.extend([("choice", &b.choice), ("deviations", &b.deviations)]);
         }
         if let Some(b) = &self.by_error {
-            all.extend([("wishes", &b.wishes), ("weights", &b.weights)]);
+            all.extend([
+                ("wishes", &b.wishes),
+                ("weights", &b.weights),
+                ("grades", &b.grades),
+                ("fresh", &b.fresh),
+                ("leaves", &b.leaves),
+            ]);
         }
         all.extend(self.held_before.as_ref().map(|b| ("held_before", b)));
         all.extend(self.box_arguments.as_ref().map(|b| ("box_arguments", b)));

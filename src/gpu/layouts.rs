@@ -4,8 +4,8 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::clipmap::{LPosition, MAX_LEVELS, Rect, Windows};
 use crate::quads::{
-    BlockKind, ByError, ControlQuad, L_QUADS, OuterSpan, Patch, control_points, control_quads, l_quads,
-    patch_slots,
+    BLOCK_NODES, BlockKind, ByError, ControlQuad, L_QUADS, OuterSpan, Patch, control_points, control_quads,
+    l_quads, patch_slots,
 };
 
 /// Frame uniform (`Frame` in WGSL); members are documented there.
@@ -87,17 +87,72 @@ pub struct Counters {
     pub threshold_px: f32,
 }
 
-/// Bit of `outer_sn` that says that factors go by error; spans of uniform ones leave it free.
-const BY_ERROR: u32 = 1 << 31;
+/// One patch whose factors go by error, as the passes leave it: the first 32 words that a slot has of the
+/// buffer `leaves`. Of those that are not visible only `visible` is written, as 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PatchNodes {
+    /// Low corner in the level's lattice.
+    pub cell: [i32; 2],
+    /// As in [`PatchRecord`].
+    pub shape: u32,
+    /// As in [`PatchRecord`], with its mark.
+    pub visible: u32,
+    /// Where its vertices begin.
+    pub first_vertex: u32,
+    /// Where its indices begin.
+    pub first_index: u32,
+    /// Count of its vertices.
+    pub vertices: u32,
+    /// Count of its triangles.
+    pub triangles: u32,
+    /// Own nodes: bit x of row y.
+    pub rows: [u32; BLOCK_NODES],
+    /// Extras of the south, north, west and east side: bit j, in half cells.
+    pub extras: [u32; 4],
+    /// Nothing yet.
+    pub spare: [u32; 3],
+}
+
+impl PatchNodes {
+    /// The patch they describe.
+    #[must_use]
+    pub fn patch(&self) -> Patch {
+        let by_error = ByError { rows: self.rows, extras: self.extras };
+        Patch { by_error: Some(by_error), ..plain_patch(self.cell, self.shape) }
+    }
+}
+
+/// A patch without its factors, by its low corner and shape.
+fn plain_patch(cell: [i32; 2], shape: u32) -> Patch {
+    let [w, h] = [shape & 0xff, (shape >> 8) & 0xff];
+    let kind = match (shape >> 24) & 15 {
+        0 => BlockKind::M,
+        1 => BlockKind::R,
+        2 => BlockKind::L,
+        _ => BlockKind::Fill,
+    };
+    let hi = [cell[0] + w as i32, cell[1] + h as i32];
+    Patch {
+        chart: shape >> 28,
+        level: (shape >> 16) & 0xff,
+        kind,
+        rect: Rect { lo: cell, hi },
+        outer: Default::default(),
+        by_error: None,
+    }
+}
 
 impl PatchRecord {
-    /// The record of a patch, as the culling pass writes it for a visible one.
+    /// The record of a patch, as the culling pass writes it for a visible one. Factors by error are not part
+    /// of it.
     #[must_use]
     pub fn of(patch: &Patch) -> Self {
         let [w, h] = patch.cells();
         let span = |s: OuterSpan| s.from | s.to << 5 | s.log2 << 10;
-        let [south, north, west, east] = patch.outer.map(span);
-        let uniform = Self {
+        let outer = if patch.by_error.is_some() { Default::default() } else { patch.outer };
+        let [south, north, west, east] = outer.map(span);
+        Self {
             cell: patch.rect.lo,
             shape: w | h << 8 | patch.level << 16 | (patch.kind as u32) << 24 | patch.chart << 28,
             outer_sn: south | north << 16,
@@ -105,50 +160,18 @@ impl PatchRecord {
             first_vertex: 0,
             first_index: 0,
             visible: 1,
-        };
-        let Some(by_error) = patch.by_error else { return uniform };
-        let each =
-            |of: &dyn Fn(usize) -> u32, bits: u32| (0..4).map(|s| of(s) << (s as u32 * bits)).sum::<u32>();
-        let halves = |s: usize| by_error.log2[s][0] | by_error.log2[s][1] << 3;
-        Self {
-            outer_sn: each(&halves, 6) | by_error.step << 24 | BY_ERROR,
-            outer_we: each(&|s| by_error.lost[s], 4),
-            ..uniform
         }
     }
 
-    /// The patch a record describes.
+    /// The patch a record describes, with uniform factors.
     #[must_use]
     pub fn patch(&self) -> Patch {
-        let [w, h] = [self.shape & 0xff, (self.shape >> 8) & 0xff];
-        let kind = match (self.shape >> 24) & 15 {
-            0 => BlockKind::M,
-            1 => BlockKind::R,
-            2 => BlockKind::L,
-            _ => BlockKind::Fill,
-        };
         let span = |bits: u32| {
             let s = OuterSpan { from: bits & 31, to: (bits >> 5) & 31, log2: (bits >> 10) & 15 };
             if s.to == s.from { OuterSpan::default() } else { s }
         };
-        let hi = [self.cell[0] + w as i32, self.cell[1] + h as i32];
-        let by_error = (self.outer_sn & BY_ERROR != 0).then(|| {
-            let half = |s: u32, h: u32| (self.outer_sn >> (s * 6 + h * 3)) & 7;
-            ByError {
-                step: (self.outer_sn >> 24) & 7,
-                log2: [0, 1, 2, 3].map(|s| [half(s, 0), half(s, 1)]),
-                lost: [0, 1, 2, 3].map(|s| (self.outer_we >> (s * 4)) & 15),
-            }
-        });
         let spans = [self.outer_sn, self.outer_sn >> 16, self.outer_we, self.outer_we >> 16];
-        Patch {
-            chart: self.shape >> 28,
-            level: (self.shape >> 16) & 0xff,
-            kind,
-            rect: Rect { lo: self.cell, hi },
-            outer: if by_error.is_some() { Default::default() } else { spans.map(span) },
-            by_error,
-        }
+        Patch { outer: spans.map(span), ..plain_patch(self.cell, self.shape) }
     }
 }
 

@@ -16,7 +16,7 @@ pub use buffers::{Buffers, ByErrorBuffers, CurvedBuffers, DeviationBuffers};
 pub(crate) use curve::packed_charts;
 pub use curve::{GpuChart, GpuCurve, GpuCurveLevel};
 pub use device::{Gpu, GpuError};
-pub use layouts::{Counters, GpuChoice, GpuControlQuad, GpuFrame, PatchRecord};
+pub use layouts::{Counters, GpuChoice, GpuControlQuad, GpuFrame, PatchNodes, PatchRecord};
 pub use offscreen::Offscreen;
 pub use passes::Variant;
 pub use readback::{GpuMesh, read_buffer};
@@ -24,4 +24,4 @@ pub use shaders::{
     Ground, ShaderModuleSource, by_error_sources, rival_sources, shader_sources, view_sources,
 };
 pub use sizes::{BufferSize, Capacity, Extent, buffer_sizes};
-pub(crate) use sizes::{MAX_LANES, bounds_side};
+pub(crate) use sizes::{DEVIATION_WORDS, MAX_LANES, bounds_side};

@@ -1,7 +1,8 @@
 //! Reading buffers back: for meshes, checks and reports, never inside a frame.
 
 use super::device::GpuError;
-use super::layouts::{Counters, PatchRecord};
+use super::layouts::{Counters, PatchNodes, PatchRecord};
+use crate::quads::Patch;
 use crate::reference::Vertex;
 
 /// The mesh exactly as the GPU made and drew it.
@@ -15,8 +16,21 @@ pub struct GpuMesh {
     pub triangles: Vec<[u32; 3]>,
     /// Records of the visible patches, in draw order.
     pub patches: Vec<PatchRecord>,
+    /// Which vertices they have, in the same order, where factors go by error; else none.
+    pub nodes: Vec<PatchNodes>,
     /// Counters of the frame.
     pub counters: Counters,
+}
+
+impl GpuMesh {
+    /// The visible patches with their factors, in draw order.
+    #[must_use]
+    pub fn drawn(&self) -> Vec<Patch> {
+        if self.nodes.is_empty() {
+            return self.patches.iter().map(PatchRecord::patch).collect();
+        }
+        self.nodes.iter().map(PatchNodes::patch).collect()
+    }
 }
 
 /// Reads the first `count` elements of a buffer; waits for the GPU.

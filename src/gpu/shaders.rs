@@ -115,17 +115,22 @@ pub(crate) const CULL_QUADS_UNBOUNDED: ShaderModuleSource = ShaderModuleSource {
 pub(crate) const COMPACT_PATCHES: ShaderModuleSource = ShaderModuleSource {
     stem: "compact_patches",
     text: text!("compact_patches"),
-    plane: &[text!("uniform/edges")],
-    curved: &[text!("uniform/edges")],
-    points: &[text!("uniform/edges")],
+    plane: &[text!("uniform/edges"), text!("uniform/places")],
+    curved: &[text!("uniform/edges"), text!("uniform/places")],
+    points: &[text!("uniform/edges"), text!("uniform/places")],
     more: &[],
 };
 pub(crate) const EXPAND_PATCHES: ShaderModuleSource = ShaderModuleSource {
     stem: "expand_patches",
     text: text!("expand_patches"),
-    plane: &[text!("uniform/edges"), text!("plane/positions"), text!("plane/put_vertex")],
-    curved: &[text!("uniform/edges"), text!("curved/positions")],
-    points: &[text!("uniform/edges"), text!("curved/positions")],
+    plane: &[
+        text!("uniform/edges"),
+        text!("plane/positions"),
+        text!("plane/put_vertex"),
+        text!("shared/put_triangle"),
+    ],
+    curved: &[text!("uniform/edges"), text!("curved/positions"), text!("shared/put_triangle")],
+    points: &[text!("uniform/edges"), text!("curved/positions"), text!("shared/put_triangle")],
     more: &[text!("marks/block")],
 };
 pub(crate) const DRAW_TERRAIN: ShaderModuleSource = ShaderModuleSource {
@@ -138,62 +143,94 @@ pub(crate) const DRAW_TERRAIN: ShaderModuleSource = ShaderModuleSource {
 };
 
 // Where factors go by error.
+const CURVED_GRADE: &[Part] = &[text!("factors/blocks"), text!("curved/deviate"), text!("curved/grade")];
+pub(crate) const GRADE_NODES: ShaderModuleSource = ShaderModuleSource {
+    stem: "grade_nodes",
+    text: text!("grade_nodes"),
+    plane: &[text!("factors/blocks"), text!("plane/deviate"), text!("plane/grade")],
+    curved: CURVED_GRADE,
+    points: CURVED_GRADE,
+    more: &[text!("factors/deviations"), text!("factors/ranks"), text!("factors/diamonds")],
+};
+const CURVED_WISH: &[Part] =
+    &[text!("shared/boxes"), text!("curved/bounds"), text!("factors/blocks"), text!("curved/deviate")];
 pub(crate) const WISH_FACTORS: ShaderModuleSource = ShaderModuleSource {
     stem: "wish_factors",
     text: text!("wish_factors"),
     plane: &[text!("shared/boxes"), text!("plane/bounds"), text!("factors/blocks"), text!("plane/deviate")],
-    curved: &[
-        text!("shared/boxes"),
-        text!("curved/bounds"),
-        text!("factors/blocks"),
-        text!("curved/deviate"),
-    ],
-    points: &[
-        text!("shared/boxes"),
-        text!("curved/bounds"),
-        text!("factors/blocks"),
-        text!("curved/deviate"),
-    ],
-    more: &[text!("factors/screen")],
+    curved: CURVED_WISH,
+    points: CURVED_WISH,
+    more: &[text!("factors/deviations"), text!("factors/screen")],
 };
 pub(crate) const WEIGH_FACTORS: ShaderModuleSource = ShaderModuleSource {
     stem: "weigh_factors",
     text: text!("weigh_factors"),
-    plane: &[text!("factors/blocks")],
-    curved: &[text!("factors/blocks")],
-    points: &[text!("factors/blocks")],
-    more: &[],
+    plane: &[],
+    curved: &[],
+    points: &[],
+    more: &[text!("factors/blocks"), text!("factors/codes"), text!("factors/ranks")],
 };
 pub(crate) const SET_FACTORS: ShaderModuleSource =
     ShaderModuleSource { stem: "set_factors", text: text!("set_factors"), ..WEIGH_FACTORS };
 pub(crate) const COMPACT_PATCHES_BY_ERROR: ShaderModuleSource = ShaderModuleSource {
-    plane: &[text!("factors/edges")],
-    curved: &[text!("factors/edges")],
-    points: &[text!("factors/edges")],
+    plane: &[text!("factors/places")],
+    curved: &[text!("factors/places")],
+    points: &[text!("factors/places")],
     ..COMPACT_PATCHES
 };
-pub(crate) const EXPAND_PATCHES_BY_ERROR: ShaderModuleSource = ShaderModuleSource {
-    plane: &[text!("factors/edges"), text!("plane/positions"), text!("plane/put_vertex")],
-    curved: &[text!("factors/edges"), text!("curved/positions")],
-    points: &[text!("factors/edges"), text!("curved/positions")],
-    ..EXPAND_PATCHES
+const CURVED_LEAVES: &[Part] = &[
+    text!("curved/positions"),
+    text!("shared/put_triangle"),
+    text!("factors/ranks"),
+    text!("factors/leaves"),
+];
+pub(crate) const EXPAND_LEAVES: ShaderModuleSource = ShaderModuleSource {
+    stem: "expand_leaves",
+    text: text!("expand_leaves"),
+    plane: &[
+        text!("plane/positions"),
+        text!("plane/put_vertex"),
+        text!("shared/put_triangle"),
+        text!("factors/ranks"),
+        text!("factors/leaves"),
+    ],
+    curved: CURVED_LEAVES,
+    points: CURVED_LEAVES,
+    more: &[text!("marks/block")],
 };
 
 // Where the colouring shows more than level and kind.
-pub(crate) const MARK_PATCHES: ShaderModuleSource =
-    ShaderModuleSource { stem: "mark_patches", text: text!("mark_patches"), ..WISH_FACTORS };
+pub(crate) const MARK_PATCHES: ShaderModuleSource = ShaderModuleSource {
+    stem: "mark_patches",
+    text: text!("mark_patches"),
+    more: &[text!("factors/deviations"), text!("factors/screen"), text!("marks/whole")],
+    ..WISH_FACTORS
+};
+/// As [`MARK_PATCHES`], where patches leave nodes out.
+pub(crate) const MARK_PATCHES_BY_ERROR: ShaderModuleSource = ShaderModuleSource {
+    more: &[
+        text!("factors/deviations"),
+        text!("factors/screen"),
+        text!("factors/codes"),
+        text!("factors/ranks"),
+        text!("factors/marked"),
+    ],
+    ..MARK_PATCHES
+};
 const MARKS_ERROR: &[Part] = &[text!("marks/error")];
 const MARKS_REFILL: &[Part] = &[text!("marks/refill")];
 /// The expansion whose vertices carry their patch's mark.
-pub(crate) const EXPAND_PATCHES_MARKED: [ShaderModuleSource; 2] = [
-    ShaderModuleSource { more: MARKS_ERROR, ..EXPAND_PATCHES },
-    ShaderModuleSource { more: MARKS_ERROR, ..EXPAND_PATCHES_BY_ERROR },
-];
+pub(crate) const EXPAND_PATCHES_MARKED: ShaderModuleSource =
+    ShaderModuleSource { more: MARKS_ERROR, ..EXPAND_PATCHES };
+/// The same where factors go by error.
+pub(crate) const EXPAND_LEAVES_MARKED: ShaderModuleSource =
+    ShaderModuleSource { more: MARKS_ERROR, ..EXPAND_LEAVES };
 /// The expansion whose vertices tell whether this frame brought them.
-pub(crate) const EXPAND_PATCHES_REFILL: [ShaderModuleSource; 2] = [
-    ShaderModuleSource { more: MARKS_REFILL, ..EXPAND_PATCHES },
-    ShaderModuleSource { more: MARKS_REFILL, ..EXPAND_PATCHES_BY_ERROR },
-];
+pub(crate) const EXPAND_PATCHES_REFILL: ShaderModuleSource =
+    ShaderModuleSource { more: MARKS_REFILL, ..EXPAND_PATCHES };
+/// The same where factors go by error.
+pub(crate) const EXPAND_LEAVES_REFILL: ShaderModuleSource =
+    ShaderModuleSource { more: MARKS_REFILL, ..EXPAND_LEAVES };
 pub(crate) const DRAW_BOUNDS: ShaderModuleSource = ShaderModuleSource {
     stem: "draw_bounds",
     text: text!("draw_bounds"),
@@ -205,15 +242,22 @@ pub(crate) const DRAW_BOUNDS: ShaderModuleSource = ShaderModuleSource {
 
 /// Modules of what can be looked at besides the terrain itself.
 #[must_use]
-pub fn view_sources() -> [ShaderModuleSource; 6] {
-    let ([a, b], [c, d]) = (EXPAND_PATCHES_MARKED, EXPAND_PATCHES_REFILL);
-    [MARK_PATCHES, a, b, c, d, DRAW_BOUNDS]
+pub fn view_sources() -> [ShaderModuleSource; 7] {
+    [
+        MARK_PATCHES,
+        MARK_PATCHES_BY_ERROR,
+        EXPAND_PATCHES_MARKED,
+        EXPAND_LEAVES_MARKED,
+        EXPAND_PATCHES_REFILL,
+        EXPAND_LEAVES_REFILL,
+        DRAW_BOUNDS,
+    ]
 }
 
-/// Modules of scenes whose factors go by error.
+/// Modules of scenes whose factors go by error, in the order of the frame.
 #[must_use]
-pub fn by_error_sources() -> [ShaderModuleSource; 5] {
-    [WISH_FACTORS, WEIGH_FACTORS, SET_FACTORS, COMPACT_PATCHES_BY_ERROR, EXPAND_PATCHES_BY_ERROR]
+pub fn by_error_sources() -> [ShaderModuleSource; 6] {
+    [GRADE_NODES, WISH_FACTORS, WEIGH_FACTORS, SET_FACTORS, COMPACT_PATCHES_BY_ERROR, EXPAND_LEAVES]
 }
 
 /// Vertex stages of rivals before the draw's own fragments; planes only.

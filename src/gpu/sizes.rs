@@ -3,14 +3,22 @@
 use serde::Serialize;
 
 use super::curve::{GpuChart, GpuCurve};
-use super::layouts::{Counters, GpuChoice, GpuControlQuad, GpuFrame, PatchRecord};
+use super::layouts::{Counters, GpuChoice, GpuControlQuad, GpuFrame, PatchNodes, PatchRecord};
 use super::shaders::Ground;
 use crate::clipmap::{ClipmapShape, MAX_CHARTS, MAX_LEVELS};
+use crate::pyramid::FIGURES;
 use crate::quads::{CONTROL_POINTS, PATCH_CELLS, QUADS_PER_LEVEL, slots_per_level};
 use crate::surface::{ANCHOR_WORDS, RECORD_WORDS};
 
 /// Most lanes there are: levels of all charts.
 pub(crate) const MAX_LANES: usize = MAX_CHARTS * MAX_LEVELS as usize;
+
+/// Words of a block's deviations.
+pub(crate) const DEVIATION_WORDS: usize = FIGURES.div_ceil(2);
+/// Words of a block's grades: three for all, then five a row of 17 nodes and a column of each side, eight bits each.
+const GRADE_WORDS: u64 = 3 + 19 * 5;
+/// Words of a patch's leaves, as the expansion reads them.
+const LEAF_WORDS: u64 = 96;
 
 /// Room for expanded vertices and indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,21 +51,21 @@ impl Capacity {
         }
     }
 
-    /// Room for what factors by error draw. Sides may have 32 segments, twice what doubling makes; under a budget
-    /// the mesh has no more triangles than that, or than its coarsest form: two triangles a patch, eight beside a
-    /// finer level, and few more for divided sides; 18 are allowed for. Where voids keep patches from being
-    /// coarse, the budget may not be met.
+    /// Room for what factors by error draw. No patch has other vertices than its nodes and, beside a finer
+    /// level, the half cells between them: those it has with uniform factors. Under a budget the mesh has no
+    /// more triangles than that, or than its coarsest form: two a patch and one for each vertex that a
+    /// neighbour adds; 18 are allowed for, and 512 where the data's end cuts a block, of which no window holds
+    /// more than a row and a column. Where voids keep patches from being coarse, the budget may not be met.
     #[must_use]
     pub fn by_error(shape: ClipmapShape, charts: u32, budget: Option<u32>, has_voids: bool) -> Self {
-        let most = Self::worst_case(shape, charts);
-        let slots = slots_per_level(shape) * shape.levels() * charts.min(3);
-        let all = Self {
-            vertices: most.vertices.saturating_add(slots.saturating_mul(2 * PATCH_CELLS)),
-            indices: most.indices.saturating_add(3 * slots.saturating_mul(2 * PATCH_CELLS)),
-        };
+        let all = Self::worst_case(shape, charts);
         let Some(budget) = budget.filter(|_| !has_voids) else { return all };
-        let triangles = budget.saturating_add(slots.saturating_mul(18));
-        // A grid of t triangles has at most t + 2 vertices.
+        let levels = shape.levels() * charts.min(3);
+        let slots = slots_per_level(shape) * levels;
+        let cut = 2 * ((shape.n() + 1) / PATCH_CELLS) * levels;
+        let coarsest = slots.saturating_mul(18).saturating_add(cut.saturating_mul(2 * PATCH_CELLS.pow(2)));
+        let triangles = budget.max(coarsest);
+        // A patch of t triangles has at most t + 2 vertices.
         let vertices = triangles.saturating_add(2 * slots);
         Self { vertices: all.vertices.min(vertices), indices: all.indices.min(triangles.saturating_mul(3)) }
     }
@@ -86,7 +94,7 @@ pub struct Extent {
     pub bounds: bool,
     /// Blocks have deviations.
     pub deviations: bool,
-    /// Patches are divided by them.
+    /// Patches leave nodes out by them.
     pub by_error: bool,
     /// What a frame refills is marked.
     pub refill: bool,
@@ -196,13 +204,21 @@ pub fn buffer_sizes(shape: ClipmapShape, extent: Extent, capacity: Capacity) -> 
     }
     let blocks = lanes * u64::from((shape.n() + 1) / PATCH_CELLS).pow(2);
     if extent.deviations {
-        sizes.extend([("choice", size_of::<GpuChoice>() as u64), ("deviations", blocks * 12)]);
+        let figures = blocks * DEVIATION_WORDS as u64 * 4;
+        sizes.extend([("choice", size_of::<GpuChoice>() as u64), ("deviations", figures)]);
     }
     if extent.by_error {
-        sizes.extend([("wishes", blocks * 4), ("weights", 256 * 4)]);
+        sizes.extend([("wishes", blocks * 4), ("weights", 1_024 * 4)]);
     }
     if extent.refill {
         sizes.push(("held_before", (MAX_LANES * size_of::<[i32; 4]>()) as u64));
+    }
+    if extent.by_error {
+        sizes.extend([
+            ("grades", blocks * GRADE_WORDS * 4),
+            ("fresh", blocks * 16),
+            ("leaves", slots * (size_of::<PatchNodes>() as u64 + LEAF_WORDS * 4)),
+        ]);
     }
     if extent.boxes {
         sizes.push(("box_arguments", 16));

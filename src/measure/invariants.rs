@@ -13,7 +13,7 @@ use self::scenes::{check_silhouette, check_voids};
 use super::{Faults, Mesh, check_mesh};
 use crate::camera::Camera;
 use crate::clipmap::{ClipmapShape, Rect, Windows};
-use crate::gpu::{Gpu, GpuMesh, Offscreen, PatchRecord};
+use crate::gpu::{Gpu, GpuMesh, Offscreen};
 use crate::heights::HeightGrid;
 use crate::pyramid::{Prefilter, SampleSource, VOID};
 use crate::quads::{Patch, patches};
@@ -218,7 +218,7 @@ pub fn check_gpu(gpu: &Gpu, grid: &HeightGrid, effort: Effort) -> Result<Vec<Che
                 }
                 draw(gpu, &mut seen, &target, &camera)?;
                 let frustum = seen.frustum().copied();
-                let drawn = seen.read_mesh()?.patches;
+                let drawn = seen.read_mesh()?.drawn();
                 culled.add(
                     frustum.map_or(0, |f| hidden_patches(&drawn, &placement, terrain.source.as_ref(), &f))
                         as f64,
@@ -302,8 +302,8 @@ fn sanity_faults(mesh: &GpuMesh, placement: &Placement, source: &dyn SampleSourc
     let outside = mesh
         .patches
         .iter()
-        .map(|record| {
-            let patch = record.patch();
+        .zip(mesh.drawn())
+        .map(|(record, patch)| {
             let Some(bounds) = patch_bounds(placement, source, &patch) else { return 0 };
             let from = record.first_vertex as usize;
             let own = &mesh.vertices[from..from + patch.vertex_count() as usize];
@@ -335,18 +335,12 @@ fn wrong_owner(mesh: &GpuMesh, placement: &Placement, source: &dyn SampleSource)
 
 /// Patches that were not drawn although their bounds, taken from the samples, reach into the frustum.
 fn hidden_patches(
-    drawn: &[PatchRecord],
+    drawn: &[Patch],
     placement: &Placement,
     source: &dyn SampleSource,
     frustum: &crate::reference::Frustum,
 ) -> usize {
-    let drawn: std::collections::HashSet<_> = drawn
-        .iter()
-        .map(|r| {
-            let p = r.patch();
-            (p.level, p.rect.lo, p.rect.hi)
-        })
-        .collect();
+    let drawn: std::collections::HashSet<_> = drawn.iter().map(|p| (p.level, p.rect.lo, p.rect.hi)).collect();
     patches(&placement.windows)
         .iter()
         .filter(|(_, p)| !drawn.contains(&(p.level, p.rect.lo, p.rect.hi)))
@@ -368,8 +362,8 @@ fn strictly_visible(frustum: &crate::reference::Frustum, bounds: &crate::referen
 fn twin_differences(mesh: &GpuMesh, placement: &Placement, source: &dyn SampleSource) -> usize {
     let wanted = patches(&placement.windows);
     let mut differences = wanted.len().abs_diff(mesh.patches.len());
-    for ((_, patch), record) in wanted.iter().zip(&mesh.patches) {
-        if record.patch() != *patch {
+    for (((_, patch), record), drawn) in wanted.iter().zip(&mesh.patches).zip(mesh.drawn()) {
+        if drawn != *patch {
             differences += 1;
             continue;
         }

@@ -47,8 +47,7 @@ pub fn owner(windows: &ChartWindows, node: Node, level: u32) -> (Node, u32) {
 #[must_use]
 pub fn named_vertices(mesh: &GpuMesh, windows: &ChartWindows) -> Vec<Named> {
     let mut out = Vec::with_capacity(mesh.vertices.len());
-    for record in &mesh.patches {
-        let patch = record.patch();
+    for (record, patch) in mesh.patches.iter().zip(mesh.drawn()) {
         for (k, node) in patch_nodes(windows, &patch).into_iter().enumerate() {
             let (node, level) = owner(windows, node, patch.level);
             let vertex = record.first_vertex as usize + k;

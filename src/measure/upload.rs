@@ -19,7 +19,7 @@ pub struct FrameUpload {
     pub sample_bytes: u64,
     /// Bytes of records of a curved base surface.
     pub surface_bytes: u64,
-    /// Bytes of blocks' deviations and of the limits factors go by.
+    /// Bytes of blocks' deviations, of the list of those to be graded, and of the limits factors go by.
     pub factor_bytes: u64,
     /// Vertices sent; ours sends none, ever.
     pub vertices: u64,

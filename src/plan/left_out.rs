@@ -58,10 +58,13 @@ pub(super) fn left_out(
         "nodata",
         "the data has no voids (or they were filled): no triangle is tested".into(),
     );
+    let by_error = Extent { deviations: true, by_error: true, ..extent };
+    let chosen = bytes(by_error, &["choice", "deviations", "wishes", "weights", "grades", "fresh", "leaves"]);
+    let chosen = chosen.saturating_sub(bytes(extent, &["choice", "deviations"]));
     leave(
         !variant.by_error,
         "factors by error",
-        "not asked for (--pixel-error, --budget): no deviations are measured or sent, no pass chooses".into(),
+        format!("not asked for (--pixel-error, --budget): no node is graded, {} saved", mb(chosen)),
     );
     leave(
         variant.by_error && !variant.budget,

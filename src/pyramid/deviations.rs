@@ -1,9 +1,14 @@
-//! How far coarser triangles lie from the full-resolution surface, block by block: what factors by error go by.
+//! How far coarser triangles lie from the full-resolution surface, block by block: what factors by error go
+//! by.
 //!
-//! A block is one place of a patch: 16 x 16 cells of a level, aligned to multiples of 16 in its lattice. Drawn
-//! with a step of `2^k` cells it has exactly the cells of level `l + k`, on level `l`'s samples.
+//! A block is one place of a patch: 16 x 16 cells of a level, aligned to multiples of 16 in its lattice. Its
+//! mesh is a right-triangulated irregular network (Evans, Kirkpatrick and Townsend 2001): two right
+//! triangles, bisected at the middle of their hypotenuse wherever that node is a vertex. A node's rank tells
+//! how early: 8 for the middle of the block, 7 for those of its sides, and so on down to 1; the block's
+//! corners are always there.
 
 mod measure;
+mod triangles;
 
 #[cfg(feature = "store")]
 pub(crate) use measure::{Below, Samples, Surfaces};
@@ -16,25 +21,30 @@ use crate::clipmap::{Lattice, Rect};
 /// Cells a side of a block, the same as of a patch.
 pub const BLOCK_CELLS: u32 = 16;
 
-/// Steps a block has figures for: 1, 2, 4, 8, 16 cells (inner factors 16, 8, 4, 2, 1).
-pub const STEPS: usize = 5;
+/// Figures of a block, one a rank: 0, where nothing is left out, to 8, where nothing is left but two
+/// triangles.
+pub const FIGURES: usize = 9;
 
 /// Stands for what is not known: the greatest finite figure.
 const UNKNOWN_BITS: u16 = 0x7f7f;
 
-/// Worst vertical deviation of one block at each step, metres, each rounded up to the high half of an f32
-/// (7 bits after the leading one: at most 0.8 % too much).
+/// Worst vertical deviation of one block without its nodes up to each rank, metres, each rounded up to the
+/// high half of an f32 (7 bits after the leading one: at most 0.8 % too much).
+///
+/// Nodes that stay whatever is left out, because the data ends within a triangle, stay here. What neighbours
+/// may add to the block's sides is allowed for. With nothing left out the figure holds for the uniform grid
+/// as well, whose cells are all cut from south-east to north-west.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
-pub struct BlockDeviation([u16; STEPS]);
+pub struct BlockDeviation([u16; FIGURES]);
 
 impl BlockDeviation {
-    /// Nothing is known, or coarser steps must not be drawn: only the finest step is ever taken.
-    pub const UNKNOWN: Self = Self([UNKNOWN_BITS; STEPS]);
+    /// Nothing is known, or nothing may be left out.
+    pub const UNKNOWN: Self = Self([UNKNOWN_BITS; FIGURES]);
 
     /// Rounded up; what is no finite number counts as unknown.
     #[must_use]
-    pub fn of(metres: [f32; STEPS]) -> Self {
+    pub fn of(metres: [f32; FIGURES]) -> Self {
         Self(metres.map(|m| {
             let bits = m.max(0.0).to_bits();
             if !m.is_finite() || bits > u32::from(UNKNOWN_BITS) << 16 {
@@ -44,7 +54,7 @@ impl BlockDeviation {
         }))
     }
 
-    /// Deviation at a step of `2^k` cells, metres.
+    /// Deviation without any node of rank `k` or less, metres.
     #[must_use]
     pub fn metres(self, k: usize) -> f32 {
         f32::from_bits(u32::from(self.0[k]) << 16)
@@ -52,31 +62,31 @@ impl BlockDeviation {
 
     /// From the bits as they are stored; `None` where one is no distance.
     #[cfg(feature = "store")]
-    pub(crate) fn from_bits(bits: [u16; STEPS]) -> Option<Self> {
+    pub(crate) fn from_bits(bits: [u16; FIGURES]) -> Option<Self> {
         bits.iter().all(|b| *b <= UNKNOWN_BITS).then_some(Self(bits))
     }
 
     /// The bits to be stored.
     #[cfg(feature = "store")]
-    pub(crate) fn bits(self) -> [u16; STEPS] {
+    pub(crate) fn bits(self) -> [u16; FIGURES] {
         self.0
     }
 
     /// The same heights times a factor.
     #[must_use]
     pub fn scaled(self, factor: f32) -> Self {
-        let mut metres = [0.0; STEPS];
+        let mut metres = [0.0; FIGURES];
         for (k, m) in metres.iter_mut().enumerate() {
             *m = if self.0[k] == UNKNOWN_BITS { f32::INFINITY } else { self.metres(k) * factor.abs() };
         }
         Self::of(metres)
     }
 
-    /// As the GPU reads it: two steps a word, the finer one in the low half.
+    /// As the GPU reads it: two ranks a word, the lower one in the low half.
     #[must_use]
-    pub(crate) fn words(self) -> [u32; 3] {
+    pub(crate) fn words(self) -> [u32; FIGURES.div_ceil(2)] {
         let half = |k: usize| u32::from(self.0.get(k).copied().unwrap_or(0));
-        [half(0) | half(1) << 16, half(2) | half(3) << 16, half(4)]
+        [0, 1, 2, 3, 4].map(|word: usize| half(2 * word) | half(2 * word + 1) << 16)
     }
 }
 
@@ -116,10 +126,10 @@ impl Deviations {
     pub(crate) fn of_positions(axes: &[Self; 3], more_m: f32) -> Self {
         let [x, y, z] = axes;
         let block = |l: usize, k: usize| {
-            let mut metres = [0.0; STEPS];
-            for (step, m) in metres.iter_mut().enumerate() {
-                let squares = [x, y, z].map(|a| f64::from(a.levels[l].blocks[k].metres(step)).powi(2));
-                let unknown = [x, y, z].iter().any(|a| a.levels[l].blocks[k].0[step] == UNKNOWN_BITS);
+            let mut metres = [0.0; FIGURES];
+            for (rank, m) in metres.iter_mut().enumerate() {
+                let squares = [x, y, z].map(|a| f64::from(a.levels[l].blocks[k].metres(rank)).powi(2));
+                let unknown = [x, y, z].iter().any(|a| a.levels[l].blocks[k].0[rank] == UNKNOWN_BITS);
                 let length = squares.iter().sum::<f64>().sqrt() as f32;
                 *m = if unknown { f32::INFINITY } else { length.next_up() + more_m };
             }

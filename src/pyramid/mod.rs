@@ -16,7 +16,7 @@ mod scaled;
 pub mod store;
 mod streaming;
 
-pub use deviations::{BLOCK_CELLS, BlockDeviation, Deviations, STEPS, blocks_at};
+pub use deviations::{BLOCK_CELLS, BlockDeviation, Deviations, FIGURES, blocks_at};
 pub use globe::{Globe, GlobeError, GlobeFace};
 pub use measured::Measured;
 pub use memory::MemoryPyramid;

@@ -1,37 +1,82 @@
-//! Factors by error: a patch is one block of the pyramid, drawn with steps of 1 to 16 cells; each half of its sides
-//! takes the finer wish of both patches that meet there.
+//! Factors by error: a patch is one block of the pyramid whose vertices are chosen one by one; each side has the
+//! vertices that either of both patches which meet there wishes for.
 //!
-//! An edge's chain is named by an exponent: its vertices lie `2^exponent` base samples apart. A patch of level `l`
-//! with a step of `2^k` cells wishes for `l + k`; the edge has the smaller wish. That holds across the border of a
-//! level as well, where the finer level's steps are smaller by nature: doubling is the case `k = 0` on both sides.
+//! A patch's own nodes are closed (see [`super::closed`]), so they make a mesh without cracks by themselves. What
+//! only the patch beyond a side wishes for is an extra vertex of that side: the triangle whose edge it divides is
+//! fanned, and nothing inside the patch follows from it.
 
-use super::{PATCH_CELLS, Patch};
-use crate::clipmap::{Rect, Side, Windows};
+use std::cmp::Ordering;
 
-/// Step and divisions of a patch whose factors go by error.
+use super::nodes::has;
+use super::{BLOCK_NODES, PATCH_CELLS, Patch, block_nodes};
+use crate::clipmap::{Lattice, Rect, Side, Windows};
+
+/// Which vertices a patch has whose factors go by error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ByError {
-    /// log2 of the cells a step spans, 0 to 4.
-    pub step: u32,
-    /// log2 of the segments a step has on the south, north, west and east side: in the side's first 8 cells, then
-    /// in the others. Equal where one step spans both.
-    pub log2: [[u32; 2]; 4],
-    /// Segments that each side's last step lacks, because the data ends before it would.
-    pub lost: [u32; 4],
+    /// Own nodes: bit x of row y.
+    pub rows: [u32; BLOCK_NODES],
+    /// Extra vertices of the south, north, west and east side: bit j stands j half cells from its west or south end.
+    pub extras: [u32; 4],
 }
 
 impl ByError {
-    /// log2 of the segments that a whole step has where step `at` of a side lies.
+    /// True for own nodes.
     #[must_use]
-    pub fn log2_at(&self, side: usize, at: u32) -> u32 {
-        self.log2[side][usize::from(at >= 8 >> self.step)]
+    pub fn has(&self, node: [u32; 2]) -> bool {
+        has(&self.rows, node)
     }
 
-    /// Segments of step `at` of a side with `steps` steps.
+    /// True where a side has an extra vertex.
     #[must_use]
-    pub fn segments(&self, side: usize, at: u32, steps: u32) -> u32 {
-        let lost = if at + 1 == steps { self.lost[side] } else { 0 };
-        (1 << self.log2_at(side, at)) - lost
+    pub fn has_extra(&self, side: usize, j: u32) -> bool {
+        (self.extras[side] >> j) & 1 == 1
+    }
+
+    /// Own nodes of a patch.
+    fn own(&self) -> u32 {
+        self.rows.iter().map(|row| row.count_ones()).sum()
+    }
+
+    /// Own nodes that lie on none of its sides.
+    fn inner(&self, cells: [u32; 2]) -> u32 {
+        let is_inner = |node: &[u32; 2]| (0..2).all(|a| 0 < node[a] && node[a] < cells[a]);
+        block_nodes().filter(is_inner).map(|node| u32::from(self.has(node))).sum()
+    }
+
+    /// Vertices a patch has.
+    #[must_use]
+    pub fn vertex_count(&self) -> u32 {
+        self.own() + self.extras.iter().map(|side| side.count_ones()).sum::<u32>()
+    }
+
+    /// Triangles a patch of so many cells has: by Euler's formula two for every vertex inside, one for every vertex
+    /// on a side between its corners, and two.
+    #[must_use]
+    pub fn triangle_count(&self, cells: [u32; 2]) -> u32 {
+        (self.vertex_count() + self.inner(cells)).saturating_sub(2)
+    }
+
+    /// Places of the vertices of a patch of so many cells, in half cells from its low corner: own nodes row by row
+    /// from the south, then extra ones of the south, north, west and east side.
+    #[must_use]
+    pub fn places(&self, cells: [u32; 2]) -> Vec<[u32; 2]> {
+        let own = block_nodes().filter(|node| self.has(*node)).map(|node| node.map(|v| 2 * v));
+        let on_side = |side: usize| {
+            let all = (1..2 * PATCH_CELLS).filter(move |j| self.has_extra(side, *j));
+            all.map(move |j| side_place(cells, side, j))
+        };
+        own.chain((0..4).flat_map(on_side)).collect()
+    }
+}
+
+/// Place of half cell `j` of a side of a patch of so many cells, in half cells from the patch's low corner.
+#[must_use]
+pub fn side_place(cells: [u32; 2], side: usize, j: u32) -> [u32; 2] {
+    let is_high = side % 2 == 1;
+    match side {
+        0 | 1 => [j, if is_high { 2 * cells[1] } else { 0 }],
+        _ => [if is_high { 2 * cells[0] } else { 0 }, j],
     }
 }
 
@@ -42,6 +87,20 @@ pub struct Beyond {
     pub level: u32,
     /// Its block in that level.
     pub block: [i32; 2],
+}
+
+impl Beyond {
+    /// Index along our shared side of its node at half cell `j` of our half `half`; `None` where it has none there.
+    fn node(&self, level: u32, block_along: i32, half: u32, j: u32) -> Option<u32> {
+        match self.level.cmp(&level) {
+            Ordering::Less => j.checked_sub(16 * half),
+            Ordering::Equal => j.is_multiple_of(2).then_some(j / 2),
+            Ordering::Greater => {
+                let first = if block_along.rem_euclid(2) == 0 { 0 } else { 8 };
+                j.is_multiple_of(4).then_some(first + j / 4)
+            }
+        }
+    }
 }
 
 /// Blocks a level would draw if no finer one did, first and last.
@@ -77,46 +136,43 @@ pub fn beyond(windows: &Windows, level: u32, block: [i32; 2], side: Side, half: 
     Some(Beyond { level, block: next })
 }
 
-/// log2 of the largest step a block may take wherever it lies: beside a finer level the halves of a side differ,
-/// so that no step may span both.
-#[must_use]
-pub fn most_step(windows: &Windows, level: u32, block: [i32; 2]) -> u32 {
-    let finer = |side: Side, half| beyond(windows, level, block, side, half).is_some_and(|b| b.level < level);
-    let beside = Side::ALL.into_iter().any(|side| finer(side, 0) || finer(side, 1));
-    if beside { 3 } else { 4 }
+/// True when half cell `j` of a patch's side lies between its corners: before the data's end, where the last cell
+/// may have no middle.
+fn is_between(lattice: Lattice, patch: &Patch, along: usize, j: u32) -> bool {
+    let nominal = ((2 * i64::from(patch.rect.lo[along]) + i64::from(j)) << patch.level) >> 1;
+    j < 2 * patch.cells()[along] && nominal < i64::from(lattice.last[along])
 }
 
-/// The patch with the factors that a field of steps gives it and its neighbours. `step_of` is asked for log2 of
-/// the steps of blocks, never more than [`most_step`].
+/// The patch with its own nodes, and the extras its neighbours' own nodes give it. `own` is asked by level and
+/// block; what it tells must be closed.
 #[must_use]
-pub fn by_error(windows: &Windows, patch: &Patch, step_of: &dyn Fn(u32, [i32; 2]) -> u32) -> Patch {
-    let lattice = windows.lattice;
-    let (level, cells) = (patch.level, PATCH_CELLS as i32);
-    let block = patch.rect.lo.map(|v| v.div_euclid(cells));
-    let step = step_of(level, block);
-    let mut out = ByError { step, ..ByError::default() };
+pub fn by_error(
+    windows: &Windows,
+    patch: &Patch,
+    own: &dyn Fn(u32, [i32; 2]) -> [u32; BLOCK_NODES],
+) -> Patch {
+    let (level, cells) = (patch.level, patch.cells());
+    let block = patch.rect.lo.map(|v| v.div_euclid(PATCH_CELLS as i32));
+    let mut out = ByError { rows: own(level, block), extras: [0; 4] };
     for side in Side::ALL {
         let along = side.along();
-        let (from, to) = (patch.rect.lo[along], patch.rect.hi[along]);
         for half in 0..2 {
-            let wish = beyond(windows, level, block, side, half).map(|b| b.level + step_of(b.level, b.block));
-            let exponent = wish.map_or(level + step, |w| w.min(level + step));
-            out.log2[side as usize][half as usize] = level + step - exponent;
+            let Some(there) = beyond(windows, level, block, side, half) else { continue };
+            let theirs = own(there.level, there.block);
+            // Beyond a low side lies another block's high one, and it is whole there.
+            let line = if side.is_high() { 0 } else { PATCH_CELLS };
+            let half = half.unsigned_abs();
+            // The middle belongs to both halves: of two finer blocks both have it.
+            let from = (16 * half).max(1);
+            for j in (from..=16 * half + 16).filter(|j| is_between(windows.lattice, patch, along, *j)) {
+                let Some(t) = there.node(level, block[along], half, j) else { continue };
+                let is_theirs = has(&theirs, if along == 0 { [t, line] } else { [line, t] });
+                let ours = side_place(cells, side as usize, j).map(|v| v / 2);
+                if is_theirs && !(j.is_multiple_of(2) && out.has(ours)) {
+                    out.extras[side as usize] |= 1 << j;
+                }
+            }
         }
-        if to - from <= 8 || step == 4 {
-            // One half only, or one step over both.
-            out.log2[side as usize][1] = if step == 4 { out.log2[side as usize][0] } else { 0 };
-        }
-        // The last step ends where the data does.
-        let steps = (to - from + (1 << step) - 1) >> step;
-        let start = (from + ((steps - 1) << step)) << level;
-        let mut end = [0, 0];
-        end[along] = to;
-        let length = lattice.base(level, end)[along] - start;
-        let log2 = out.log2_at(side as usize, u32::try_from(steps - 1).unwrap_or(0));
-        let exponent = level + step - log2;
-        let segments = (length + (1 << exponent) - 1) >> exponent;
-        out.lost[side as usize] = (1 << log2) - u32::try_from(segments).unwrap_or(1);
     }
     Patch { outer: Default::default(), by_error: Some(out), ..*patch }
 }

@@ -21,7 +21,7 @@ pub struct Patch {
     pub rect: Rect,
     /// Divisions of the south, north, west and east sides, where factors are uniform.
     pub outer: [OuterSpan; 4],
-    /// Step and divisions where they go by error.
+    /// Its vertices where they go by error.
     pub by_error: Option<ByError>,
 }
 
@@ -32,60 +32,30 @@ impl Patch {
         [0, 1].map(|a| self.rect.hi[a].abs_diff(self.rect.lo[a]))
     }
 
-    /// log2 of the cells a step of its own grid spans.
+    /// Base sample at a place in half cells from its low corner: a node, or the middle of a side's cell.
     #[must_use]
-    pub fn step(&self) -> u32 {
-        self.by_error.map_or(0, |b| b.step)
+    pub fn base_at(&self, lattice: Lattice, place: [u32; 2]) -> [i32; 2] {
+        let node = [0, 1].map(|a: usize| self.rect.lo[a] + fit(place[a] / 2));
+        let base = lattice.base(self.level, node);
+        [0, 1].map(|a: usize| base[a] + fit((place[a] % 2) << self.level >> 1))
     }
 
-    /// Steps east and north; the last one may be cut by the data's border.
-    #[must_use]
-    pub fn steps(&self) -> [u32; 2] {
-        self.cells().map(|c| c.div_ceil(1 << self.step()))
-    }
-
-    /// Segments of step `at` of a side.
-    #[must_use]
-    pub fn segments(&self, side: usize, at: u32) -> u32 {
-        match &self.by_error {
-            None => self.outer[side].segments(at),
-            Some(b) => b.segments(side, at, self.steps()[side / 2]),
-        }
-    }
-
-    /// log2 of the segments a whole step has where step `at` of a side lies.
-    #[must_use]
-    pub fn segments_log2(&self, side: usize, at: u32) -> u32 {
-        match &self.by_error {
-            None => self.outer[side].log2,
-            Some(b) => b.log2_at(side, at),
-        }
-    }
-
-    /// Vertices that the divisions of a side add before step `at`.
-    #[must_use]
-    pub fn extra_before(&self, side: usize, at: u32) -> u32 {
-        (0..at).map(|k| self.segments(side, k) - 1).sum()
-    }
-
-    /// Base samples of its vertices in the order of its expansion: the grid, then those that the south, north, west
-    /// and east sides add.
+    /// Base samples of its vertices in the order of its expansion. Uniform factors: the grid, then those that the
+    /// south, north, west and east sides add. By error: see [`ByError::places`].
     #[must_use]
     pub fn bases(&self, lattice: Lattice) -> Vec<[i32; 2]> {
-        let fit = |v: u32| i32::try_from(v).unwrap_or(i32::MAX);
-        let cells = self.cells();
-        let corner = |at: [u32; 2]| {
-            let node = [0, 1].map(|a| self.rect.lo[a] + fit((at[a] << self.step()).min(cells[a])));
-            lattice.base(self.level, node)
-        };
-        let [w, h] = self.steps();
+        let [w, h] = self.cells();
+        if let Some(by_error) = &self.by_error {
+            return by_error.places([w, h]).into_iter().map(|p| self.base_at(lattice, p)).collect();
+        }
+        let corner = |at: [u32; 2]| self.base_at(lattice, at.map(|v| 2 * v));
         let mut out: Vec<[i32; 2]> = (0..=h).flat_map(|y| (0..=w).map(move |x| [x, y])).map(corner).collect();
-        for side in 0..4 {
-            for at in 0..self.steps()[side / 2] {
+        for (side, span) in self.outer.into_iter().enumerate() {
+            for at in 0..self.cells()[side / 2] {
                 let start = corner([[at, 0], [at, h], [0, at], [w, at]][side]);
-                for t in 1..self.segments(side, at) {
+                for t in 1..span.segments(at) {
                     let mut p = start;
-                    p[side / 2] += fit(t << (self.level + self.step()) >> self.segments_log2(side, at));
+                    p[side / 2] += fit(t << self.level >> span.log2);
                     out.push(p);
                 }
             }
@@ -93,23 +63,27 @@ impl Patch {
         out
     }
 
-    /// Vertices its expansion writes: the grid, then the extra ones of its sides.
+    /// Vertices its expansion writes: of uniform factors the grid, then the extra ones of its sides.
     #[must_use]
     pub fn vertex_count(&self) -> u32 {
-        let [w, h] = self.steps();
-        (w + 1) * (h + 1) + self.extra()
+        let [w, h] = self.cells();
+        self.by_error.map_or_else(|| (w + 1) * (h + 1) + self.extra(), |b| b.vertex_count())
     }
 
-    /// Triangles its expansion writes: two a cell, one more for every extra vertex.
+    /// Triangles its expansion writes: of uniform factors two a cell, one more for every extra vertex.
     #[must_use]
     pub fn triangle_count(&self) -> u32 {
-        let [w, h] = self.steps();
-        2 * w * h + self.extra()
+        let [w, h] = self.cells();
+        self.by_error.map_or_else(|| 2 * w * h + self.extra(), |b| b.triangle_count([w, h]))
     }
 
     fn extra(&self) -> u32 {
-        (0..4).map(|side| self.extra_before(side, self.steps()[side / 2])).sum()
+        self.outer.iter().map(|span| span.extra()).sum()
     }
+}
+
+fn fit(v: u32) -> i32 {
+    i32::try_from(v).unwrap_or(i32::MAX)
 }
 
 /// Patches east and north that a quad of the given cells is cut into.

@@ -1,13 +1,14 @@
-//! Twin of shaders/expand_patches.wgsl: one patch becomes vertices and triangles.
+//! Twin of shaders/expand_patches.wgsl: one patch becomes vertices and triangles. Those of a patch whose factors go
+//! by error are shaders/expand_leaves.wgsl's, see `expand_leaves`.
 
-use super::{Placement, Vertex};
+use super::{Placement, Vertex, leaf_triangles};
 use crate::pyramid::SampleSource;
 use crate::quads::Patch;
 
 /// Vertices and triangles of one patch; indices count from the patch's first vertex.
 #[derive(Clone, Debug, Default)]
 pub struct Expanded {
-    /// Vertices, grid first, then the extra ones of the south, north, west and east side.
+    /// Vertices, grid or own nodes first, then the extra ones of the south, north, west and east side.
     pub vertices: Vec<Vertex>,
     /// Base sample of each vertex.
     pub base: Vec<[i32; 2]>,
@@ -21,7 +22,6 @@ pub struct Expanded {
 /// [`Placement::normal`].
 #[must_use]
 pub fn expand(placement: &Placement, source: &dyn SampleSource, patch: &Patch) -> Expanded {
-    let [w, h] = patch.steps();
     let mut out = Expanded::default();
     let level = patch.level;
     let base = patch.bases(placement.windows.lattice);
@@ -32,20 +32,22 @@ pub fn expand(placement: &Placement, source: &dyn SampleSource, patch: &Patch) -
         out.valid.push(valid);
     }
     out.base = base;
-    for y in 0..h {
-        for x in 0..w {
-            out.triangles.extend(cell_triangles(patch, [x, y]));
-        }
-    }
+    out.triangles = if patch.by_error.is_some() {
+        leaf_triangles(patch)
+    } else {
+        let [w, h] = patch.cells();
+        let cells = (0..h).flat_map(|y| (0..w).map(move |x| [x, y]));
+        cells.flat_map(|cell| cell_triangles(patch, cell)).collect()
+    };
     out
 }
 
-/// Triangles of one step of a patch's grid: the south chain is fanned from the north-west corner, the north one
-/// from the south-east corner; the first triangle is fanned over the west edge's points, the last over the east
-/// edge's. The diagonal stays, so every triangle lies in one half of the cell.
+/// Triangles of one cell of a patch with uniform factors: the south chain is fanned from the north-west corner, the
+/// north one from the south-east corner; the first triangle is fanned over the west edge's points, the last over
+/// the east edge's. The diagonal stays, so every triangle lies in one half of the cell.
 #[must_use]
 pub fn cell_triangles(patch: &Patch, cell: [u32; 2]) -> Vec<[u32; 3]> {
-    let [w, h] = patch.steps();
+    let [w, h] = patch.cells();
     let [x, y] = cell;
     let south = chain(patch, 0, y == 0, x, [grid(w, x, y), grid(w, x + 1, y)]);
     let north = chain(patch, 1, y + 1 == h, x, [grid(w, x, y + 1), grid(w, x + 1, y + 1)]);
@@ -77,12 +79,13 @@ fn grid(w: u32, x: u32, y: u32) -> u32 {
 /// Vertex indices along one edge of a cell, with the extra ones where the edge lies on the patch's
 /// border and is divided.
 fn chain(patch: &Patch, side: usize, on_border: bool, cell: u32, ends: [u32; 2]) -> Vec<u32> {
-    let [w, h] = patch.steps();
+    let [w, h] = patch.cells();
+    let span = patch.outer[side];
     let mut out = vec![ends[0]];
-    if on_border && patch.segments(side, cell) > 1 {
-        let before: u32 = (0..side).map(|s| patch.extra_before(s, patch.steps()[s / 2])).sum();
-        let first = (w + 1) * (h + 1) + before + patch.extra_before(side, cell);
-        out.extend((0..patch.segments(side, cell) - 1).map(|t| first + t));
+    if on_border && span.segments(cell) > 1 {
+        let before: u32 = patch.outer[..side].iter().map(|span| span.extra()).sum();
+        let first = (w + 1) * (h + 1) + before + span.extra_before(cell);
+        out.extend((0..span.segments(cell) - 1).map(|t| first + t));
     }
     out.push(ends[1]);
     out

@@ -43,6 +43,7 @@ impl Renderer {
     pub(super) fn forget_windows(&mut self) {
         self.state = None;
         self.resident.clear();
+        self.described.clear();
         self.stream.forget();
         if let Some(curve) = &mut self.curve {
             curve.forget();

@@ -1,8 +1,8 @@
 //! Looking at what the GPU did: counters, meshes and buffers read back. Never part of a frame.
 
 use super::Renderer;
-use crate::gpu::{Counters, GpuError, GpuMesh, PatchRecord, read_buffer};
-use crate::quads::slots_per_level;
+use crate::gpu::{Counters, GpuError, GpuMesh, PatchNodes, PatchRecord, read_buffer};
+use crate::quads::Patch;
 use crate::reference::Vertex;
 
 impl Renderer {
@@ -23,31 +23,41 @@ impl Renderer {
         let state =
             self.state.as_ref().ok_or_else(|| GpuError::Readback { reason: "no frame was drawn".into() })?;
         let counters = self.read_counters()?;
-        let patches = self.read_visible_patches()?;
-        let vertex_count: u32 = patches.iter().map(|p| p.patch().vertex_count()).sum();
         let indices: Vec<u32> =
             read_buffer(&self.device, &self.queue, &self.buffers.indices, counters.index_count as usize)?;
-        Ok(GpuMesh {
+        let mut mesh = GpuMesh {
             anchor_m: state.anchor_m.to_array(),
-            vertices: read_buffer(&self.device, &self.queue, &self.buffers.vertices, vertex_count as usize)?,
+            vertices: Vec::new(),
             triangles: indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
-            patches,
+            patches: self.read_visible_patches()?,
+            nodes: self.read_visible_nodes()?,
             counters,
-        })
+        };
+        let count: u32 = mesh.drawn().iter().map(Patch::vertex_count).sum();
+        mesh.vertices = read_buffer(&self.device, &self.queue, &self.buffers.vertices, count as usize)?;
+        Ok(mesh)
     }
 
     /// Records of the visible patches of the last submitted frame, in draw order; waits for the GPU.
     pub(crate) fn read_visible_patches(&self) -> Result<Vec<PatchRecord>, GpuError> {
-        let count = self.read_counters()?.expand_x as usize;
-        let lanes = self.shape.levels() * self.plan.variant.charts;
-        let slots = (slots_per_level(self.shape) * lanes) as usize;
-        let records: Vec<PatchRecord> = read_buffer(&self.device, &self.queue, &self.buffers.patches, slots)?;
-        let visible: Vec<u32> = read_buffer(&self.device, &self.queue, &self.buffers.visible_slots, count)?;
-        Ok(visible.iter().filter_map(|ix| records.get(*ix as usize)).copied().collect())
+        self.read_visible(&self.buffers.patches)
     }
 
-    /// Runs the expansion alone on the given records, whose first vertices and indices must be set, and
-    /// reads the result back: how tests try factors that no camera asks for yet.
+    /// Which vertices they have, where factors go by error; else none.
+    fn read_visible_nodes(&self) -> Result<Vec<PatchNodes>, GpuError> {
+        self.buffers.by_error.as_ref().map_or(Ok(Vec::new()), |buffers| self.read_visible(&buffers.leaves))
+    }
+
+    /// What a buffer that begins with one element a patch slot holds of the visible ones.
+    fn read_visible<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer) -> Result<Vec<T>, GpuError> {
+        let count = self.read_counters()?.expand_x as usize;
+        let all: Vec<T> = read_buffer(&self.device, &self.queue, buffer, self.patch_slots() as usize)?;
+        let visible: Vec<u32> = read_buffer(&self.device, &self.queue, &self.buffers.visible_slots, count)?;
+        Ok(visible.iter().filter_map(|ix| all.get(*ix as usize)).copied().collect())
+    }
+
+    /// Runs the expansion of uniform factors alone on the given records, whose first vertices and indices must
+    /// be set, and reads the result back: how tests try factors that no camera asks for yet.
     ///
     /// # Errors
     /// When the device fails or no frame was prepared and recorded before.
@@ -61,7 +71,7 @@ impl Renderer {
         self.queue.write_buffer(&self.buffers.counters, offset, bytemuck::cast_slice(&groups));
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        if let Some(expand) = self.passes.last() {
+        if let Some(expand) = self.passes.iter().find(|p| p.stem == "expand_patches") {
             expand.record(&mut pass, self.shape, self.work, &self.buffers.counters);
         }
         drop(pass);
@@ -101,5 +111,17 @@ impl Renderer {
         let Some(bounds) = &self.buffers.block_bounds else { return Ok(Vec::new()) };
         let count = usize::try_from(bounds.size() / 8).unwrap_or(0);
         read_buffer(&self.device, &self.queue, bounds, count)
+    }
+
+    /// Grades of all blocks' nodes as they lie on the GPU, 98 words a block of the toroidal tables; none where
+    /// factors are uniform. For tests.
+    ///
+    /// # Errors
+    /// When the device fails.
+    #[doc(hidden)]
+    pub fn read_grades(&self) -> Result<Vec<u32>, GpuError> {
+        let Some(buffers) = &self.buffers.by_error else { return Ok(Vec::new()) };
+        let count = usize::try_from(buffers.grades.size() / 4).unwrap_or(0);
+        read_buffer(&self.device, &self.queue, &buffers.grades, count)
     }
 }

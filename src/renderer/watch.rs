@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use super::{DrawnSurface, Renderer};
-use crate::gpu::{Counters, PatchRecord};
+use crate::gpu::{Counters, PatchNodes};
 
 /// Frames that may be on their way back at once; while all are, frames go unwatched.
 const IN_FLIGHT: usize = 3;
@@ -50,10 +50,10 @@ impl Drop for Hold {
 }
 
 impl Renderer {
-    /// From the next recorded frame on, counters (and where factors go by error, the patches) are copied for
-    /// [`Renderer::watched`].
+    /// From the next recorded frame on, counters (and where factors go by error, the patches' nodes) are
+    /// copied for [`Renderer::watched`].
     pub fn watch(&mut self) {
-        let bytes = size_of::<Counters>() as u64 + self.watched_patch_bytes();
+        let bytes = size_of::<Counters>() as u64 + self.watched_node_bytes();
         let slots = (0..IN_FLIGHT).map(|_| Slot {
             buffer: self.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("watch"),
@@ -86,9 +86,9 @@ impl Renderer {
             if let Ok(view) = slot.buffer.slice(..).get_mapped_range() {
                 let head = size_of::<Counters>();
                 let counters: Counters = bytemuck::pod_read_unaligned(&view[..head]);
-                let records: Vec<PatchRecord> =
-                    bytemuck::pod_collect_to_vec(&view[head..head + (view.len() - head) / 32 * 32]);
-                let surface = slot.surface.take().map(|s| s.with_records(&records));
+                let whole = (view.len() - head) / size_of::<PatchNodes>() * size_of::<PatchNodes>();
+                let nodes: Vec<PatchNodes> = bytemuck::pod_collect_to_vec(&view[head..head + whole]);
+                let surface = slot.surface.take().map(|s| s.with_records(&nodes));
                 // Two may be back at once, in any order.
                 if watch.latest.as_ref().is_none_or(|(frame, _)| *frame < slot.frame) {
                     watch.latest = Some((slot.frame, Watched { counters, surface }));
@@ -100,14 +100,15 @@ impl Renderer {
         watch.latest.as_ref().map(|(_, watched)| watched)
     }
 
-    /// Bytes of the patch records that a watched frame brings.
-    fn watched_patch_bytes(&self) -> u64 {
-        if self.plan.variant.by_error { self.buffers.patches.size() } else { 0 }
+    /// Bytes of patches' nodes that a watched frame brings: of all slots.
+    fn watched_node_bytes(&self) -> u64 {
+        let a_slot = if self.plan.variant.by_error { size_of::<PatchNodes>() as u64 } else { 0 };
+        u64::from(self.patch_slots()) * a_slot
     }
 
     /// Records the copies of a frame whose passes were recorded before.
     pub(super) fn record_watch(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        let patch_bytes = self.watched_patch_bytes();
+        let node_bytes = self.watched_node_bytes();
         let surface = if self.watch.is_some() { self.drawn_by_windows() } else { return };
         let Some(watch) = &mut self.watch else { return };
         let Some(slot) = watch.slots.iter_mut().find(|s| s.state.load(Ordering::Acquire) == FREE) else {
@@ -115,8 +116,8 @@ impl Renderer {
         };
         let head = size_of::<Counters>() as u64;
         encoder.copy_buffer_to_buffer(&self.buffers.counters, 0, &slot.buffer, 0, head);
-        if patch_bytes > 0 {
-            encoder.copy_buffer_to_buffer(&self.buffers.patches, 0, &slot.buffer, head, patch_bytes);
+        if let Some(buffers) = &self.buffers.by_error {
+            encoder.copy_buffer_to_buffer(&buffers.leaves, 0, &slot.buffer, head, node_bytes);
         }
         watch.recorded += 1;
         slot.frame = watch.recorded;

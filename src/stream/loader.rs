@@ -12,7 +12,7 @@ use crate::pyramid::{MemoryPyramid, SampleSource as _, VOID};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamOptions {
     /// Bound on the bytes of decoded tiles, those being decoded included; at least one tile. The top of the
-    /// pyramid (at most some 700 kB), where factors go by error the deviations of blocks (2 % of int16 samples, at most 256 MB) and what each
+    /// pyramid (at most some 700 kB), where factors go by error the deviations of blocks (3.5 % of int16 samples, at most 470 MB) and what each
     /// loader needs while it decodes (about a megabyte) come on top.
     pub cache_bytes: u64,
     /// Loader threads. More than cores help where reads take long.

@@ -20,7 +20,7 @@ pub struct TileSource {
     cache: Arc<TileCache>,
     /// The stored top level and all coarser ones.
     top: Arc<MemoryPyramid>,
-    /// All in memory from the start: which steps are drawn must not depend on what has arrived.
+    /// All in memory from the start: which nodes are drawn must not depend on what has arrived.
     /// Read when first asked for; none where the store has none or they cannot be read.
     deviations: OnceLock<Option<Deviations>>,
     options: StreamOptions,
@@ -174,7 +174,7 @@ impl SampleSource for TileSource {
 
     fn read_deviations(&self, level: u32, blocks: Rect, out: &mut Vec<BlockDeviation>) -> bool {
         if let Err(error) = self.load_deviations() {
-            log::error!("{error}; all patches are drawn at their finest step");
+            log::error!("{error}; nothing is left out of any patch");
         }
         let Some(deviations) = self.deviations.get().and_then(Option::as_ref) else {
             return false;

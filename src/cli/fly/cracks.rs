@@ -60,14 +60,8 @@ pub(super) fn look(
 /// border of the data.
 fn faults_in_view(drawn: &GpuMesh, mesh: &Mesh, placement: &Placement) -> u64 {
     let windows = &placement.windows;
-    let seen: HashSet<_> = drawn
-        .patches
-        .iter()
-        .map(|record| {
-            let patch = record.patch();
-            (patch.level, patch.rect.lo, patch.rect.hi)
-        })
-        .collect();
+    let seen: HashSet<_> =
+        drawn.drawn().iter().map(|patch| (patch.level, patch.rect.lo, patch.rect.hi)).collect();
     let unseen: Vec<_> = patches(windows)
         .into_iter()
         .map(|(_, patch)| (patch.level, patch.rect.lo, patch.rect.hi))

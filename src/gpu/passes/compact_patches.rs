@@ -14,7 +14,11 @@ pub(crate) const SPEC: PassSpec = PassSpec {
     needed: |_| true,
     runs: EVERY_FRAME,
     constants: |_| Vec::new(),
-    bindings: |variant| variant.bindings(&PLANE, &CURVED),
+    bindings: |variant| {
+        let mut all = variant.bindings(&PLANE, &CURVED);
+        all.extend(variant.by_error.then_some(binding::LEAVES));
+        all
+    },
     inputs: |_| Vec::new(),
     dispatch: Dispatch::Groups(|_, _| [1, 1, 1]),
 };

@@ -1,4 +1,4 @@
-//! Expands visible patches into vertices and triangles.
+//! Expands visible patches into vertices and triangles, where factors are uniform.
 
 use super::spec::{Dispatch, EVERY_FRAME, PassSpec};
 use super::{binding, flag};
@@ -17,13 +17,12 @@ const PLANE: [u32; 6] = [
 const CURVED: [u32; 4] = [binding::CURVE, binding::CHARTS, binding::ANCHORS, binding::SHADES];
 
 pub(crate) const SPEC: PassSpec = PassSpec {
-    source: |variant| match (variant.color, variant.by_error) {
-        (ColorMode::Error, by_error) => shaders::EXPAND_PATCHES_MARKED[usize::from(by_error)],
-        (ColorMode::Refill, by_error) => shaders::EXPAND_PATCHES_REFILL[usize::from(by_error)],
-        (_, true) => shaders::EXPAND_PATCHES_BY_ERROR,
-        (_, false) => shaders::EXPAND_PATCHES,
+    source: |variant| match variant.color {
+        ColorMode::Error => shaders::EXPAND_PATCHES_MARKED,
+        ColorMode::Refill => shaders::EXPAND_PATCHES_REFILL,
+        _ => shaders::EXPAND_PATCHES,
     },
-    needed: |_| true,
+    needed: |variant| !variant.by_error,
     runs: EVERY_FRAME,
     constants: |variant| {
         let mut all = vec![("HAS_VOIDS", flag(variant.has_voids)), ("MORPH", flag(variant.morph))];

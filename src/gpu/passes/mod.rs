@@ -6,7 +6,9 @@ pub(crate) mod cull_quads;
 pub(crate) mod displace_samples;
 pub(crate) mod draw_bounds;
 pub(crate) mod draw_terrain;
+pub(crate) mod expand_leaves;
 pub(crate) mod expand_patches;
+pub(crate) mod grade_nodes;
 pub(crate) mod mark_patches;
 pub(crate) mod set_factors;
 pub(crate) mod spec;
@@ -43,6 +45,9 @@ pub(crate) mod binding {
     pub const WISHES: u32 = 19;
     pub const WEIGHTS: u32 = 20;
     pub const HELD_BEFORE: u32 = 21;
+    pub const GRADES: u32 = 22;
+    pub const FRESH: u32 = 23;
+    pub const LEAVES: u32 = 24;
 }
 
 /// Which variant of the shaders a scene needs; everything else is not compiled, bound, allocated or run.
@@ -68,7 +73,7 @@ pub struct Variant {
     pub normals: bool,
     /// Shaded colours fade into fog.
     pub fog: bool,
-    /// Patches are divided by their deviation, not all alike.
+    /// Patches leave nodes out by what that deviates by, not all alike.
     pub by_error: bool,
     /// The threshold of that is found under a budget of triangles.
     pub budget: bool,
@@ -130,7 +135,8 @@ impl ComputePass {
             entry_point: Some(source.stem),
             compilation_options: wgpu::PipelineCompilationOptions {
                 constants: &constants,
-                ..Default::default()
+                // The passes write before they read; on a software device the zeros cost more than the work.
+                zero_initialize_workgroup_memory: false,
             },
             cache: None,
         });

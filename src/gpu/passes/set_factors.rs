@@ -1,12 +1,20 @@
-//! Finds the threshold and gives every visible patch its factors.
+//! Finds the threshold and gives every visible patch the vertices it keeps.
 
 use super::binding;
 use super::spec::{Dispatch, EVERY_FRAME, PassSpec};
 use crate::gpu::shaders;
 use crate::quads::slots_per_level;
 
-const PLANE: [u32; 6] =
-    [binding::FRAME, binding::PATCHES, binding::COUNTERS, binding::CHOICE, binding::WISHES, binding::WEIGHTS];
+const PLANE: [u32; 8] = [
+    binding::FRAME,
+    binding::PATCHES,
+    binding::COUNTERS,
+    binding::CHOICE,
+    binding::WISHES,
+    binding::WEIGHTS,
+    binding::GRADES,
+    binding::LEAVES,
+];
 const CURVED: [u32; 2] = [binding::CURVE, binding::CHARTS];
 
 pub(crate) const SPEC: PassSpec = PassSpec {

@@ -18,6 +18,8 @@ pub(crate) struct FrameWork {
     pub lanes: u32,
     /// Blocks of bounds a side of each.
     pub bounds_side: u32,
+    /// Blocks whose nodes are to be graded.
+    pub fresh_blocks: u32,
 }
 
 /// How much a pass does.
@@ -54,11 +56,14 @@ pub(crate) struct PassSpec {
 pub(crate) const EVERY_FRAME: &str = "every frame";
 /// Only in some.
 pub(crate) const ON_SHIFT: &str = "when a window moved";
+/// The same, as far as whole blocks come in.
+pub(crate) const ON_FRESH_BLOCKS: &str = "when blocks came into a window";
 
 /// All passes in the order of the frame.
-pub(crate) const PASSES: [PassSpec; 11] = [
+pub(crate) const PASSES: [PassSpec; 13] = [
     super::displace_samples::SPEC,
     super::bound_blocks::SPEC,
+    super::grade_nodes::SPEC,
     super::cull_quads::SPEC,
     super::wish_factors::SPEC,
     super::weigh_factors::SPEC,
@@ -66,6 +71,7 @@ pub(crate) const PASSES: [PassSpec; 11] = [
     super::mark_patches::SPEC,
     super::compact_patches::SPEC,
     super::expand_patches::SPEC,
+    super::expand_leaves::SPEC,
     super::draw_terrain::SPEC,
     super::draw_bounds::SPEC,
 ];
@@ -94,6 +100,9 @@ pub(crate) fn binding_name(number: u32) -> &'static str {
         binding::WISHES => "wishes",
         binding::WEIGHTS => "weights",
         binding::HELD_BEFORE => "held_before",
+        binding::GRADES => "grades",
+        binding::FRESH => "fresh",
+        binding::LEAVES => "leaves",
         _ => "shades",
     }
 }

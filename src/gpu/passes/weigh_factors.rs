@@ -5,7 +5,8 @@ use super::spec::{Dispatch, EVERY_FRAME, PassSpec};
 use crate::gpu::shaders;
 use crate::quads::slots_per_level;
 
-const PLANE: [u32; 4] = [binding::FRAME, binding::PATCHES, binding::WISHES, binding::WEIGHTS];
+const PLANE: [u32; 5] =
+    [binding::FRAME, binding::PATCHES, binding::WISHES, binding::WEIGHTS, binding::GRADES];
 const CURVED: [u32; 2] = [binding::CURVE, binding::CHARTS];
 
 pub(crate) const SPEC: PassSpec = PassSpec {

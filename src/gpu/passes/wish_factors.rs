@@ -1,11 +1,11 @@
-//! Turns blocks' deviations into the thresholds at which each step may be taken.
+//! Says by how many bins a block's grades move on the scale of thresholds, for how large a metre shows there.
 
 use super::binding;
 use super::spec::{Dispatch, EVERY_FRAME, PassSpec};
 use crate::gpu::shaders;
 use crate::quads::slots_per_level;
 
-const PLANE: [u32; 7] = [
+const PLANE: [u32; 8] = [
     binding::FRAME,
     binding::BLOCK_BOUNDS,
     binding::PATCHES,
@@ -13,6 +13,7 @@ const PLANE: [u32; 7] = [
     binding::DEVIATIONS,
     binding::WISHES,
     binding::WEIGHTS,
+    binding::GRADES,
 ];
 const CURVED: [u32; 3] = [binding::CURVE, binding::CHARTS, binding::ANCHORS];
 

@@ -30,8 +30,7 @@ pub fn faults_of(shot: &Shot, renderer: &Renderer, camera: &Camera) -> usize {
     let unfinished = drawn.flat_map(|v| v.position).filter(|v| !v.is_finite()).count();
     let mut outside = 0;
     if let Some(placement) = renderer.placement() {
-        for record in &mesh.patches {
-            let patch = record.patch();
+        for (record, patch) in mesh.patches.iter().zip(mesh.drawn()) {
             let from = record.first_vertex as usize;
             let own = mesh.vertices.get(from..from + patch.vertex_count() as usize).unwrap_or_default();
             let bounds = patch_bounds(placement, renderer.source().as_ref(), &patch);
@@ -46,7 +45,7 @@ pub fn faults_of(shot: &Shot, renderer: &Renderer, camera: &Camera) -> usize {
 /// Patches that were not drawn although the box around their true positions reaches into the picture.
 fn hidden_patches(shot: &Shot, renderer: &Renderer, camera: &Camera) -> usize {
     let key = |p: &Patch| (p.chart, p.level, p.rect.lo, p.rect.hi);
-    let drawn: std::collections::HashSet<_> = shot.mesh.patches.iter().map(|r| key(&r.patch())).collect();
+    let drawn: std::collections::HashSet<_> = shot.mesh.drawn().iter().map(key).collect();
     let anchor = DVec3::from_array(shot.mesh.anchor_m);
     let clip = renderer.clip(camera, anchor, SIZE_PX);
     chart_patches(&shot.windows)

@@ -1,4 +1,4 @@
-//! Deviations of blocks in a store: one array of u16 a level, [block rows, block columns, steps].
+//! Deviations of blocks in a store: one array of u16 a level, [block rows, block columns, ranks].
 //!
 //! Rows count from the south, as blocks do: a level's northernmost block may be cut off, so that blocks counted
 //! from the north would not line up with those of the finer levels under them. Chunks are 256 x 256 blocks (or all
@@ -17,12 +17,12 @@ use super::codec::{blosc, check_frame, one_thread};
 use super::error::StoreError;
 use super::level::Level;
 use crate::pyramid::deviations::{Below, Samples, Surfaces};
-use crate::pyramid::{BLOCK_CELLS, BlockDeviation, Deviations, MemoryPyramid, STEPS};
+use crate::pyramid::{BLOCK_CELLS, BlockDeviation, Deviations, FIGURES, MemoryPyramid};
 
 /// Most blocks along a side of a chunk.
 const CHUNK: usize = 256;
-/// Most bytes of figures held in memory: those of 65,537 x 65,537 samples are 224 MB.
-const MOST_BYTES: u64 = 256 << 20;
+/// Most bytes of figures held in memory: those of 65,537 x 65,537 samples are 403 MB.
+const MOST_BYTES: u64 = 448 << 20;
 /// Chunks read at a time; over a network they are waited for.
 const READERS: usize = 8;
 
@@ -82,19 +82,19 @@ impl Layout {
     /// # Errors
     /// In the library's words.
     pub fn array(self) -> Result<ArrayBuilder, String> {
-        let shape = |size: [usize; 2]| vec![size[1] as u64, size[0] as u64, STEPS as u64];
+        let shape = |size: [usize; 2]| vec![size[1] as u64, size[0] as u64, FIGURES as u64];
         let (blocks, chunk) = (shape(self.blocks), shape(self.chunk));
         let mut builder = ArrayBuilder::new(blocks, chunk, data_type::uint16(), unknown());
         let crc = Arc::new(Crc32cCodec::new());
         builder
-            .dimension_names(["block_row", "block_column", "step"].into())
+            .dimension_names(["block_row", "block_column", "rank"].into())
             .array_to_bytes_codec(Arc::new(BytesCodec::little()))
-            // By whole blocks: the same step's bytes side by side.
+            // By whole blocks: the same rank's bytes side by side.
             .bytes_to_bytes_codecs(vec![blosc(size_of::<BlockDeviation>())?, crc]);
         let attributes = builder.attributes_mut();
         attributes.insert("rows".into(), json!("from the south"));
         attributes.insert("block_cells".into(), json!(BLOCK_CELLS));
-        attributes.insert("steps".into(), json!([1, 2, 4, 8, 16]));
+        attributes.insert("ranks".into(), json!([0, 1, 2, 3, 4, 5, 6, 7, 8]));
         let encoding = "upper 16 bits of a float32 in metres, rounded up; 32639 is unknown";
         attributes.insert("encoding".into(), json!(encoding));
         Ok(builder)
@@ -106,7 +106,7 @@ impl Layout {
         let crc = Arc::new(Crc32cCodec::new());
         let bytes = Arc::new(BytesCodec::little());
         let chain = CodecChain::new(vec![], bytes, vec![blosc(size_of::<BlockDeviation>())?, crc]);
-        let shape = [self.chunk[1], self.chunk[0], STEPS].map(|n| NonZeroU64::new(n as u64));
+        let shape = [self.chunk[1], self.chunk[0], FIGURES].map(|n| NonZeroU64::new(n as u64));
         let shape: Vec<NonZeroU64> = shape.into_iter().flatten().collect();
         let bytes = chain
             .decode(encoded.into(), &shape, &data_type::uint16(), &unknown(), &one_thread())
@@ -116,7 +116,7 @@ impl Layout {
             return Err(format!("{} bytes decoded, {} expected", bytes.len(), self.chunk_bytes()));
         }
         let bits: Vec<u16> = bytemuck::pod_collect_to_vec(&bytes);
-        let blocks = bits.as_chunks::<STEPS>().0.iter().map(|b| BlockDeviation::from_bits(*b));
+        let blocks = bits.as_chunks::<FIGURES>().0.iter().map(|b| BlockDeviation::from_bits(*b));
         blocks.collect::<Option<_>>().ok_or_else(|| "a figure is no distance".into())
     }
 }
@@ -126,10 +126,11 @@ fn unknown() -> FillValue {
 }
 
 impl Store {
-    /// True when it holds the deviations of its blocks; those made before version 2 of the layout do not.
+    /// True when it holds the deviations of its blocks. Those made before version 2 of the layout have none,
+    /// those of version 2 have others, which are not looked at.
     #[must_use]
     pub fn has_deviations(&self) -> bool {
-        self.manifest().files.keys().any(|f| f.contains("/deviations/"))
+        self.manifest().has_deviations()
     }
 
     /// Files that a store with any deviation must have.
@@ -164,7 +165,7 @@ impl Store {
         levels.reverse();
         if left_out > 0 {
             log::warn!(
-                "{}: {} MB of deviations are not held in memory: the finest levels are drawn at their finest step",
+                "{}: {} MB of deviations are not held in memory: nothing is left out of the finest levels",
                 self.at(),
                 left_out >> 20
             );

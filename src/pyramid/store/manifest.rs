@@ -13,9 +13,9 @@ use super::{Codec, Dtype, TILE};
 use crate::heights::{Degrees, Georeference};
 use crate::pyramid::Prefilter;
 
-pub(crate) const SCHEMA: &str = "tessclip-store/2";
-/// The same without deviations of blocks; still read.
-const SCHEMA_WITHOUT_DEVIATIONS: &str = "tessclip-store/1";
+pub(crate) const SCHEMA: &str = "tessclip-store/3";
+/// The same without deviations of blocks, or with those of other meshes; still read, without them.
+const OLDER_SCHEMAS: [&str; 2] = ["tessclip-store/1", "tessclip-store/2"];
 pub(crate) const FILE: &str = "manifest.json";
 pub(crate) const HASH_FILE: &str = "manifest.json.xxh3";
 /// No manifest is larger: one of 10^12 samples has about 60 MB.
@@ -140,6 +140,11 @@ impl Manifest {
         self.levels.first().map_or_else(Vec::new, |l| levels_of(l.size))
     }
 
+    /// Whether it lists deviations of blocks that are those measured now.
+    pub(crate) fn has_deviations(&self) -> bool {
+        self.schema == SCHEMA && self.files.keys().any(|f| f.contains("/deviations/"))
+    }
+
     /// The prefilter by its name.
     #[must_use]
     pub fn prefilter(&self) -> Prefilter {
@@ -175,7 +180,7 @@ impl Manifest {
             schema: String,
         }
         let head: Head = serde_json::from_slice(&text).map_err(|e| broken(FILE, e.to_string()))?;
-        if ![SCHEMA, SCHEMA_WITHOUT_DEVIATIONS].contains(&head.schema.as_str()) {
+        if head.schema != SCHEMA && !OLDER_SCHEMAS.contains(&head.schema.as_str()) {
             return Err(StoreError::Schema { at: at.into(), found: head.schema, known: SCHEMA });
         }
         let manifest: Self = serde_json::from_slice(&text).map_err(|e| broken(FILE, e.to_string()))?;

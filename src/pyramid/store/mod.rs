@@ -6,7 +6,7 @@
 //! T.zarr/manifest.json.xxh3      hash of the manifest
 //! T.zarr/L/elevation/c/Y/X       shards of 4 x 4 tiles of 256 x 256 samples, rows from the north
 //! T.zarr/L/tiles/c/0/0/0         five figures a tile: min, max, mean, worst error of the finer level, voids
-//! T.zarr/L/deviations/c/Y/X/0    five figures a block of 16 x 16 cells, rows from the south: see `deviations.rs`
+//! T.zarr/L/deviations/c/Y/X/0    nine figures a block of 16 x 16 cells, rows from the south: see `deviations.rs`
 //! ```
 //!
 //! Any Zarr reader can open it; the manifest is what makes damage visible: Zarr itself takes a missing shard

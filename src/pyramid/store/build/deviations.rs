@@ -17,7 +17,7 @@ use crate::pyramid::store::codec::one_thread;
 use crate::pyramid::store::deviations::Layout;
 use crate::pyramid::store::error::StoreError;
 use crate::pyramid::store::sink::Sink;
-use crate::pyramid::{BLOCK_CELLS, BlockDeviation, STEPS};
+use crate::pyramid::{BLOCK_CELLS, BlockDeviation, FIGURES};
 
 /// Levels between one and the one it is measured against.
 const APART: usize = 3;
@@ -190,14 +190,14 @@ impl Blocks {
                     ([0, 1].map(|a: usize| lo[a].max(from[a])), [0, 1].map(|a: usize| hi[a].min(to[a])));
                 let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
                 let chunk = open.entry([cx, cy]).or_insert_with(|| Chunk {
-                    bits: vec![BlockDeviation::UNKNOWN.bits()[0]; across * down * STEPS],
+                    bits: vec![BlockDeviation::UNKNOWN.bits()[0]; across * down * FIGURES],
                     missing: (to[0] - from[0]) * (to[1] - from[1]),
                 });
                 for y in lo_in[1]..hi_in[1] {
                     for x in lo_in[0]..hi_in[0] {
-                        let at = ((y - from[1]) * across + x - from[0]) * STEPS;
+                        let at = ((y - from[1]) * across + x - from[0]) * FIGURES;
                         let block = found[(y - lo[1]) * (hi[0] - lo[0]) + x - lo[0]];
-                        chunk.bits[at..at + STEPS].copy_from_slice(&block.bits());
+                        chunk.bits[at..at + FIGURES].copy_from_slice(&block.bits());
                     }
                 }
                 chunk.missing -= (hi_in[0] - lo_in[0]) * (hi_in[1] - lo_in[1]);
