@@ -8,7 +8,6 @@
 @group(0) @binding(22) var<storage, read_write> grades: array<u32>;
 @group(0) @binding(23) var<storage, read> fresh: array<vec4<i32>>; // lane, block; how many there are
 
-const GRADE_WORDS = 98u;
 const THREADS = 32u; // less than most passes: many barriers, few nodes of the higher ranks
 
 // Least bin whose metres are no less; exact, so that it never falls where metres grow.

@@ -8,13 +8,9 @@
 @group(0) @binding(7) var<storage, read_write> counters: Counters;
 @group(0) @binding(19) var<storage, read> wishes: array<i32>;
 @group(0) @binding(20) var<storage, read> weights: array<i32>;
-// First 32 words a slot: record, 17 rows of own nodes, extras of 4 sides. Then 96 a slot: four masks of leaves a row,
-// what lies before each row, own nodes of the sides.
 @group(0) @binding(24) var<storage, read_write> leaves: array<u32>;
 
 const ITEMS = 27u; // 17 rows, the west and the east column, what lies beyond 8 halves of sides
-const NODE_WORDS = 32u;
-const LEAF_WORDS = 96u;
 
 var<workgroup> threshold: u32;
 var<workgroup> sums: array<i32, 64>;

@@ -9,7 +9,6 @@
 @group(0) @binding(22) var<storage, read> grades: array<u32>;
 
 const WEIGHTS = 1024u;
-const GRADE_WORDS = 98u;
 
 @compute @workgroup_size(64)
 fn wish_factors(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {

@@ -4,9 +4,6 @@
 
 @group(0) @binding(22) var<storage, read> grades: array<u32>;
 
-// A block: log2 of the metres of code 254 in bins, two spare, 17 rows of 17 codes in five words, then the west and
-// the east column.
-const GRADE_WORDS = 98u;
 const ALWAYS = 255u;      // code of what is never left out
 const ALWAYS_BIN = 1023u;
 

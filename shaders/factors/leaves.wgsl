@@ -5,9 +5,6 @@
 // As set_factors and compact_patches leave them.
 @group(0) @binding(24) var<storage, read> leaves: array<u32>;
 
-const NODE_WORDS = 32u;
-const LEAF_WORDS = 96u;
-
 // Corners of leaves at a node, counter-clockwise: per number east + 1 and north + 1 of both, in scales, two bits each.
 const AROUND_CENTRES = 0xa2088a20u;   // south, north, west, east
 const AROUND_MIDPOINTS = 0x96496114u; // south-west, south-east, north-west, north-east

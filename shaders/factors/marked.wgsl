@@ -2,8 +2,6 @@
 
 @group(0) @binding(24) var<storage, read> leaves: array<u32>;
 
-const NODE_WORDS = 32u;
-
 fn left_out_m(slot: u32, block: u32, level: u32, cells: vec2<u32>) -> f32 {
     let finest = deviation(block, 0u);
     if finest == VOID {

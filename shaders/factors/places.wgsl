@@ -3,8 +3,6 @@
 
 @group(0) @binding(24) var<storage, read_write> leaves: array<u32>;
 
-const NODE_WORDS = 32u; // a slot
-
 // set_factors counted them and left them where their places will stand.
 fn needs_of(record: PatchRecord) -> vec2<u32> {
     return vec2<u32>(record.first_vertex, record.first_index);

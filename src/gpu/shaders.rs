@@ -150,7 +150,12 @@ pub(crate) const GRADE_NODES: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("factors/blocks"), text!("plane/deviate"), text!("plane/grade")],
     curved: CURVED_GRADE,
     points: CURVED_GRADE,
-    more: &[text!("factors/deviations"), text!("factors/ranks"), text!("factors/diamonds")],
+    more: &[
+        text!("factors/words"),
+        text!("factors/deviations"),
+        text!("factors/ranks"),
+        text!("factors/diamonds"),
+    ],
 };
 const CURVED_WISH: &[Part] =
     &[text!("shared/boxes"), text!("curved/bounds"), text!("factors/blocks"), text!("curved/deviate")];
@@ -160,7 +165,7 @@ pub(crate) const WISH_FACTORS: ShaderModuleSource = ShaderModuleSource {
     plane: &[text!("shared/boxes"), text!("plane/bounds"), text!("factors/blocks"), text!("plane/deviate")],
     curved: CURVED_WISH,
     points: CURVED_WISH,
-    more: &[text!("factors/deviations"), text!("factors/screen")],
+    more: &[text!("factors/words"), text!("factors/deviations"), text!("factors/screen")],
 };
 pub(crate) const WEIGH_FACTORS: ShaderModuleSource = ShaderModuleSource {
     stem: "weigh_factors",
@@ -168,19 +173,20 @@ pub(crate) const WEIGH_FACTORS: ShaderModuleSource = ShaderModuleSource {
     plane: &[],
     curved: &[],
     points: &[],
-    more: &[text!("factors/blocks"), text!("factors/codes"), text!("factors/ranks")],
+    more: &[text!("factors/words"), text!("factors/blocks"), text!("factors/codes"), text!("factors/ranks")],
 };
 pub(crate) const SET_FACTORS: ShaderModuleSource =
     ShaderModuleSource { stem: "set_factors", text: text!("set_factors"), ..WEIGH_FACTORS };
 pub(crate) const COMPACT_PATCHES_BY_ERROR: ShaderModuleSource = ShaderModuleSource {
-    plane: &[text!("factors/places")],
-    curved: &[text!("factors/places")],
-    points: &[text!("factors/places")],
+    plane: &[text!("factors/words"), text!("factors/places")],
+    curved: &[text!("factors/words"), text!("factors/places")],
+    points: &[text!("factors/words"), text!("factors/places")],
     ..COMPACT_PATCHES
 };
 const CURVED_LEAVES: &[Part] = &[
     text!("curved/positions"),
     text!("shared/put_triangle"),
+    text!("factors/words"),
     text!("factors/ranks"),
     text!("factors/leaves"),
 ];
@@ -191,6 +197,7 @@ pub(crate) const EXPAND_LEAVES: ShaderModuleSource = ShaderModuleSource {
         text!("plane/positions"),
         text!("plane/put_vertex"),
         text!("shared/put_triangle"),
+        text!("factors/words"),
         text!("factors/ranks"),
         text!("factors/leaves"),
     ],
@@ -209,6 +216,7 @@ pub(crate) const MARK_PATCHES: ShaderModuleSource = ShaderModuleSource {
 /// As [`MARK_PATCHES`], where patches leave nodes out.
 pub(crate) const MARK_PATCHES_BY_ERROR: ShaderModuleSource = ShaderModuleSource {
     more: &[
+        text!("factors/words"),
         text!("factors/deviations"),
         text!("factors/screen"),
         text!("factors/codes"),

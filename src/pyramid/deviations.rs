@@ -39,7 +39,7 @@ const UNKNOWN_BITS: u16 = 0x7f7f;
 pub struct BlockDeviation([u16; FIGURES]);
 
 impl BlockDeviation {
-    /// Nothing is known, or nothing may be left out.
+    /// Nothing is known: where figure 0 is unknown nothing is left out, where another is, it sets no limit.
     pub const UNKNOWN: Self = Self([UNKNOWN_BITS; FIGURES]);
 
     /// Rounded up; what is no finite number counts as unknown.
